@@ -60,7 +60,7 @@ dev | immobilized)
 guided)
     # Only the routes with words; on the others both arms are the same.
     for suite in bench220 immobilized dev; do
-        words=$(dirname "$0")/../src/stucksolver_eval/suites/data/guidance-$suite.json
+        words=$(dirname "$0")/../packages/stucksolver-eval/src/stucksolver_eval/suites/data/guidance-$suite.json
         routes=$(python -c 'import json, sys; print(*sorted(json.load(open(sys.argv[1]))["routes"]), sep=",")' "$words")
         arm "$suite-rules" --suite "$suite" --seeds 1,2,3 --routes "$routes" --recovery rules
         arm "$suite-guided" --suite "$suite" --seeds 1,2,3 --routes "$routes" --recovery rules --guidance shipped
@@ -108,7 +108,7 @@ latency)
     patient=$out/patient.toml
     python -c 'from stucksolver.ladder import profile_text; print(profile_text("evaluation"), end="")' |
         sed 's/^deadline_s = 5.0/deadline_s = 10.0/' >"$patient"
-    python "$(dirname "$0")/../tests/reason/chat_server.py" --port 8077 &
+    python "$(dirname "$0")/../packages/stucksolver-language/tests/llm/chat_server.py" --port 8077 &
     server=$!
     trap 'kill $server' EXIT
     model="openai:reader@http://127.0.0.1:8077/v1"

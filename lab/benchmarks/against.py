@@ -54,7 +54,9 @@ def main() -> int:
     parser.add_argument("--keep", action="store_true", help="write the ratios of this machine as the new baseline")
     now = measured()
     if parser.parse_args().keep:
-        BASELINE.write_text(json.dumps({name: float(f"{ratio:.3g}") for name, ratio in now.items()}, indent=1) + "\n")
+        BASELINE.write_text(
+            json.dumps({name: float(f"{ratio:.3g}") for name, ratio in now.items()}, indent=1) + "\n", encoding="utf-8"
+        )
         return 0
     before = json.loads(BASELINE.read_text(encoding="utf-8"))
     for name, ratio in now.items():

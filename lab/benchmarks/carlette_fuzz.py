@@ -53,12 +53,12 @@ def fuzz(minutes: float, seed: int) -> dict[str, Any]:
                 _one(nonsense, port, random.Random(seed), counts)
                 healthy.check()
             except (AssertionError, OSError) as error:
-                last = log.read_text(errors="replace")[-2000:]
+                last = log.read_text(errors="replace", encoding="utf-8")[-2000:]
                 raise SystemExit(f"{last}\nseed {seed}: {error!r}; exit status {process.poll()}") from error
             if time.monotonic() - reported > REPORT_S:
                 reported, warm_mb = time.monotonic(), warm_mb or resident_mb(process.pid)
                 print(f"seed {seed}: {dict(counts)}, {resident_mb(process.pid):.0f} MB", file=sys.stderr, flush=True)
-        errors = log.read_text(errors="replace").count(OURS)
+        errors = log.read_text(errors="replace", encoding="utf-8").count(OURS)
         memory = {"memory_mb_warm": warm_mb, "memory_mb_end": resident_mb(process.pid)}
         return {"minutes": minutes, **counts, "checks": sum(counts.values()), "errors_in_log": errors, **memory}
 

@@ -104,7 +104,7 @@ def _drive(port: int, name: str, ticks: int, result: Any) -> None:
 
 def _processor_s(pid: int) -> float:
     """Return the CPU time of a process on this machine (s)."""
-    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    fields = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 

@@ -42,7 +42,7 @@ COUNTED = ("ticks", "hangs", "rescues")
 def soak(ticks: int, cars: int, town: str, seed: int, ledger: Path | None = None) -> dict[str, Any]:
     """Run until `ticks` ticks are done or the client hangs; return counts over this run and those in the `ledger`."""
     earlier = Counter[str]()
-    for line in ledger.read_text().splitlines() if ledger and ledger.exists() else ():
+    for line in ledger.read_text(encoding="utf-8").splitlines() if ledger and ledger.exists() else ():
         earlier.update(json.loads(line))
     ticks = max(ticks - earlier["ticks"], 0)
     result = _run(ticks, cars, town, seed, ledger)
@@ -114,7 +114,7 @@ def count_rescues(log: IO[str]) -> int:
 
 def resident_mb(pid: int) -> float:
     """Return the resident memory of a process on this machine (MB)."""
-    status = Path(f"/proc/{pid}/status").read_text()
+    status = Path(f"/proc/{pid}/status").read_text(encoding="utf-8")
     return int(re.search(r"VmRSS:\s+(\d+) kB", status)[1]) * 1024 / 1e6  # type: ignore[index]
 
 

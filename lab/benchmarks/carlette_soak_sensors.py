@@ -68,7 +68,7 @@ def soak(minutes: float, ledger: Path, ticks: int, towns: tuple[str, ...] = TOWN
 
 
 def _rounds(ledger: Path) -> list[dict[str, Any]]:
-    return [json.loads(line) for line in ledger.read_text().splitlines()] if ledger.exists() else []
+    return [json.loads(line) for line in ledger.read_text(encoding="utf-8").splitlines()] if ledger.exists() else []
 
 
 def _round(port: int, town: str, ticks: int, seed: int) -> dict[str, Any]:

@@ -22,6 +22,8 @@ from lab.docsite.diagrams import ROOT
 
 PAGES = ROOT / "docs" / "tutorial"
 BLOCK = re.compile(r'^```(\w+)(?: title="([^"]+)")?\n(.*?)^```$', re.MULTILINE | re.DOTALL)
+CLONED = re.compile(r"packages/[^/]+/src/|packages/stucksolver-language/tests/llm/|examples/|docs/tutorial/")
+"""The files that the pages use."""
 PRINTS = "prints"
 LIMIT_S = 600.0
 """Time limit for one block of commands. The longest drives two streets and takes about a minute on two idle cores."""
@@ -84,10 +86,7 @@ def checkout(folder: Path) -> None:
     command = ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
     listed = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
     for name in listed.split("\0"):
-        if (
-            name.startswith(("src/", "examples/", "packages/stucksolver-language/tests/llm/", "docs/tutorial/"))
-            and (ROOT / name).is_file()
-        ):
+        if CLONED.match(name) and (ROOT / name).is_file():
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(ROOT / name, folder / name)
 

@@ -34,7 +34,7 @@ PARTS = re.compile(r"\s+(?:AND|OR|WITH)\s+|\s*[;,]\s*|^\(|\)$")
 
 
 def declared(distribution: Distribution) -> str:
-    """Return the declared license of a package: the expression, else the classifiers, else the first line of the text."""
+    """Return the declared license of a package: the expression, the classifiers, or the first line of the text."""
     told = distribution.metadata.get_all("License-Expression") or []
     kinds = [
         c.rpartition(" :: ")[2] for c in distribution.metadata.get_all("Classifier") or [] if c.startswith("License ::")

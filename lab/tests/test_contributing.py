@@ -14,7 +14,7 @@ from types import SimpleNamespace
 import pytest
 
 from stucksolver.guard import Guard
-from stucksolver.plan.behaviors import REGISTRY, describe
+from stucksolver.plan.behaviors import describe, register, unregister
 from stucksolver.reasoners.factory import make_reasoner
 from stucksolver.solver import EventKind
 from worlds import World, drive, straight_road, stubborn, thing
@@ -34,7 +34,8 @@ def made(request, monkeypatch):
     return module
 
 
-def test_there_is_one_for_each_and_none_is_longer_than_60_lines():
+def test_templates_cover_all_kinds_within_60_lines():
+    """There is one template for each kind, and none has more than 60 lines."""
     assert sorted(TEMPLATES) == ["behaviour", "criterion", "reasoner", "scenario", "sensor", "stack"]
     assert all(len(code.splitlines()) <= 60 for code in TEMPLATES.values())
 
@@ -47,10 +48,11 @@ def test_files_and_folders_that_the_page_names_are_there(name):
 
 
 @pytest.mark.parametrize("made", ["behaviour"], indirect=True)
-def test_the_behaviour_is_offered_proven_and_driven(made, monkeypatch):
+def test_the_behaviour_is_offered_proven_and_driven(made, request):
     inch = made.InchForward(distance_m=0.8)
-    monkeypatch.setitem(REGISTRY, "inch_forward", made.InchForward)
-    assert describe.__wrapped__(("inch_forward",))[0].parameters["properties"]["distance_m"]["maximum"] == 1.0
+    register(made.InchForward)
+    request.addfinalizer(lambda: unregister("inch_forward"))
+    assert describe(("inch_forward",))[0].parameters["properties"]["distance_m"]["maximum"] == 1.0
     world = World(STREET, [thing("lead", 75.0)])
     verdict, proven = Guard().accept([inch], world.view(), False)
     assert verdict.accepted
@@ -110,13 +112,14 @@ def test_the_criterion_notes_each_hard_stop_once(made):
     speeds = [10.0, 10.0, 9.6, 9.2, 9.0, 9.0, 8.5, 8.4]
     for k, speed in enumerate(speeds):
         place = SimpleNamespace(location=SimpleNamespace(x=1.0, y=2.0, z=0.0))
-        judge.update(made.Moment(k, 0.05 * k, place, SimpleNamespace(x=speed, y=0.0, z=0.0)))
+        judge.update(made.EgoTick(k, 0.05 * k, place, SimpleNamespace(x=speed, y=0.0, z=0.0)))
     assert [i.time_s for i in judge.infractions] == pytest.approx([0.1, 0.3])
     assert judge.infractions[0].kind == "harsh_braking"
 
 
 @pytest.mark.parametrize("made", ["sensor"], indirect=True)
-def test_the_sensor_gives_the_last_fix_again_for_three_seconds_now_and_then(made):
+def test_sensor_template_repeats_last_fix_for_3_s_at_times(made):
+    """The sensor repeats its last fix for 3 s now and then, which makes an outage."""
     from carlette.geometry import Pose, Vector
     from carlette.in_process import open_world
     from carlette.sensors.sensor import SensorAttributes

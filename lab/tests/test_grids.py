@@ -14,7 +14,8 @@ def thinned(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(grids, "WHOLE", False)
 
 
-def test_each_value_occurs_in_as_few_rows_as_there_can_be():
+def test_grid_each_value_uses_fewest_rows():
+    """Each value occurs, in as few rows as possible."""
     rows = grids.each_value(*AXES)
     assert len(rows) == 5 and rows == grids.each_value(*AXES)
     assert [set(column) for column in zip(*rows, strict=True)] == [set(axis) for axis in AXES]

@@ -31,14 +31,15 @@ def test_a_python_that_is_not_here_is_not_made_up(monkeypatch, tmp_path):
     monkeypatch.setenv("PATH", str(tmp_path))
     monkeypatch.setenv("PYENV_ROOT", str(tmp_path))
     assert find_python("3.11") is None
-    (tmp_path / "python3.11").write_text("#!/bin/sh\necho 3.9\n")
+    (tmp_path / "python3.11").write_text("#!/bin/sh\necho 3.9\n", encoding="utf-8")
     (tmp_path / "python3.11").chmod(0o755)
     assert find_python("3.11") is None, "one by that name that is another"
-    (tmp_path / "python3.11").write_text("#!/bin/sh\necho 3.11\n")
+    (tmp_path / "python3.11").write_text("#!/bin/sh\necho 3.11\n", encoding="utf-8")
     assert find_python("3.11") == str(tmp_path / "python3.11")
 
 
-def test_what_is_much_slower_than_the_baseline_is_named_and_a_little_is_not():
+def test_benchmark_large_slowdown_is_reported_and_small_is_not():
+    """A value that is much slower than the baseline is reported, as is one that is missing; a small slowdown is not."""
     before = {"us_step": 2.0, "us_accept": 100.0}
     assert slower({"us_step": 2.0 * MAX_FACTOR, "us_accept": 30.0}, before) == []
     [told] = slower({"us_step": 2.0, "us_accept": 101.0 * MAX_FACTOR}, before)
@@ -49,7 +50,8 @@ def test_what_is_much_slower_than_the_baseline_is_named_and_a_little_is_not():
 ROOT = Path(__file__).parents[2]
 
 
-def test_the_citation_has_what_its_format_requires_and_names_the_last_release():
+def test_citation_has_required_fields_and_last_release():
+    """The citation file has the fields that its format requires, and names the last release."""
     told = pytest.importorskip("yaml").safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
     assert {"cff-version", "message", "title", "authors", "license", "version"} <= set(told)
     last = re.search(r"^## \[?(\d[^\s\]]*)", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), re.MULTILINE)

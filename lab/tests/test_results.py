@@ -50,7 +50,8 @@ def test_each_row_of_the_tables_stands_in_its_page(told):
 TABLE = "| arm | DS | SR % |\n|---|---|---|\n| rules | 80.0 | 70.0 |\n"
 
 
-def test_a_table_replaces_the_one_with_the_same_first_three_heads():
+def test_result_table_replaces_one_with_same_first_headings():
+    """A table replaces the one with the same first three column headings."""
     other = "| arm | DS | vs. alone |\n|---|---|---|\n| rules | 1 | 2 |\n"
     older = "| arm | DS | SR % | more |\n|---|---|---|---|\n| alone | 1 | 2 | 3 |\n| rules | 1 | 2 | 3 |\n"
     before = f"# Page\n\n{other}\n{older}\nText.\n"
@@ -63,13 +64,17 @@ def test_a_page_without_exactly_one_such_table_is_refused(count):
         result_tables.replaced("Text.\n\n" + f"{TABLE}\n" * count, TABLE)
 
 
-def test_each_row_of_the_comparison_with_carla_stands_in_its_page():
+def test_carla_comparison_rows_are_in_result_page():
+    """Each row of the comparison with CARLA is in its page of results."""
     rows = rows_with_figures(real_carla.table(real_carla.load(RESULTS / "real_carla.json")))
     assert rows and set(rows) <= set(page("real_carla").splitlines())
 
 
-def test_last_long_campaign_is_stored_and_the_safety_case_says_what_it_does_not_excuse():
-    """At most one contact in 5,000 plans counts against the guard."""
+def test_guard_campaign_result_is_stored_and_matches_safety_case():
+    """The last long campaign is stored, and the safety case gives the number of its contacts without an excuse.
+
+    At most one contact in 5,000 plans counts against the guard.
+    """
     campaigns = list(guard_oracle.campaigns().values())
     long = [k for k, data in enumerate(campaigns) if data["counts"]["driven"] >= guard_oracle.WANTED]
     assert bool(long) is (guard_oracle.NONE_YET not in page("guard_oracle"))

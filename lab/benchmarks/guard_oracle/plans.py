@@ -70,7 +70,7 @@ def at_random(draw: Drawn, setting: Setting) -> RecoveryPlan:
     if len(first) == 1 and draw.random() < 0.15:
         extra = draw.choice(ANYWHERE)(draw) if draw.random() < 0.7 else Wait(duration_s=draw.uniform(1.0, 3.0))
         first = [*first, extra]
-    return RecoveryPlan(behaviors=tuple(first))  # type: ignore[arg-type]
+    return RecoveryPlan(behaviors=tuple(first))
 
 
 def nosed(draw: Drawn) -> RecoveryPlan:

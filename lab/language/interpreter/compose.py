@@ -220,7 +220,7 @@ def corpus(folder: Path = CORPUS) -> list[Sentence]:
 
 
 def _written(line: str, where: str) -> Sentence:
-    """Return one line of the corpus: s situation, t text, i intent, d side, n negated, c claims, u urgent, l language."""
+    """Return a line of the corpus: s situation, t text, i intent, d side, n negated, c claims, u urgent, l language."""
     try:
         d = json.loads(line)
         side = d["d"] if d["d"] in ("left", "right") else None

@@ -61,7 +61,7 @@ class Data:
         return len(self.parts["intent"])
 
     def drawn(self, batch: int) -> Iterator[Tensor]:
-        """Yield batches without end, each of sentences of like length, since the longest one sets what a batch costs."""
+        """Yield batches without end, each of sentences of like length, because the longest one sets the cost."""
         length = self.parts["length"]
         while True:
             some = torch.randint(len(self), (batch * ALIKE,), device=length.device)

@@ -10,7 +10,7 @@ from typing import TypeVar
 from lab.language.plan_search.ego_trajectory import EgoTrajectory, begin, drive, moved, stand
 from stucksolver.guard import Guard
 from stucksolver.plan import RecoveryPlan
-from stucksolver.plan.behaviors import Behavior, Wait
+from stucksolver.plan.behaviors import Behavior
 from stucksolver.scene import Scene, Surroundings
 from stucksolver.scene.base_model import FrozenModel
 from stucksolver.scene.frenet_scene import FrenetScene
@@ -97,7 +97,7 @@ class Search:
         if behavior.stands_still:
             if not self.guard.allows_standing(behavior, view).accepted:
                 return None
-            trail = stand(node.trail, behavior.duration_s if isinstance(behavior, Wait) else 0.0)
+            trail = stand(node.trail, behavior.time_allowance_s(0.0))
         else:
             verdict, proven = self.guard.accept((behavior,), view, guided=False)
             if proven is None or not verdict.accepted:

@@ -39,11 +39,13 @@ def change(speed: float, value_m: float | None, *more: dict[str, object]) -> Jud
         (grade(20.0, collisions=1), HARM_M),
     ],
 )
-def test_a_drive_is_worth_the_time_it_saves_and_the_way_it_leads_on(driven: Grade, worth: float) -> None:
+def test_run_worth_is_saved_time_times_completion_unless_harmful(driven: Grade, worth: float) -> None:
+    """The worth is 1 m for each second saved, times the route completion; with a collision it is HARM_M."""
     assert worth_m(driven) == worth
 
 
-def test_a_plan_that_was_not_driven_is_worth_no_more_than_the_best_of_its_kind() -> None:
+def test_plan_not_driven_value_is_capped_by_similar_plan() -> None:
+    """The value of a plan that was not driven is capped by the best driven plan of its kind."""
     back: dict[str, object] = {"name": "rejoin_route"}
     driven = [change(1.0, 0.0), change(1.5, 5.0), change(1.0, 40.0, back)]
     assert capped(change(2.0, 45.0), driven).value_m == 5.0

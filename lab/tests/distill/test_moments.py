@@ -28,7 +28,8 @@ def moment(**changes: object) -> DecisionSample:
 
 
 @pytest.mark.parametrize(("at_s", "after_s"), [(1.0, 3.5), (4.0, 0.5), (2.5, 2.0), (7.0, None)])
-def test_a_wait_ends_when_the_vehicle_leaves_its_place_for_good(at_s, after_s):
+def test_standstill_ends_when_vehicle_leaves_position_for_good(at_s, after_s):
+    """A standstill ends with the start after which the vehicle leaves its position for good."""
     assert gone_after(TRACK, at_s) == after_s
 
 

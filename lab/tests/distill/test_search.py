@@ -34,7 +34,8 @@ def blocked(*more, **world):
     return World(TWO_LANES, [thing("lead", 62.0, 0.0, kind=ObjectKind.CAR), *more], **world)
 
 
-def test_a_way_past_is_worth_more_than_standing_and_standing_more_than_a_contact() -> None:
+def test_quick_value_passing_exceeds_waiting_and_waiting_exceeds_contact() -> None:
+    """Passing is worth more than remaining stopped, and remaining stopped more than a contact."""
     glance = QuickValue(blocked().surroundings())
     past, stays, through = ahead(40.0, LANE_M), begin(blocked().surroundings()), ahead(40.0)
     assert glance.value(past) == pytest.approx(MOST_PROGRESS_M)
@@ -42,7 +43,8 @@ def test_a_way_past_is_worth_more_than_standing_and_standing_more_than_a_contact
     assert glance.value(through) < -100.0
 
 
-def test_who_drives_away_ahead_is_no_contact_for_one_of_two_futures() -> None:
+def test_quick_value_departing_lead_causes_less_contact() -> None:
+    """A lead vehicle that drives away causes no contact in one of the two predicted futures."""
     leaving = QuickValue(blocked().surroundings()).value(ahead(10.0))
     moving = World(TWO_LANES, [thing("lead", 62.0, 0.0, kind=ObjectKind.CAR, speed=8.0)])
     assert QuickValue(moving.surroundings()).value(ahead(10.0)) > leaving + 50.0
@@ -73,7 +75,8 @@ def test_every_plan_found_is_accepted_by_the_guard(speed_mps: float) -> None:
 
 
 @pytest.mark.integration
-def test_a_search_finds_the_same_plans_again_and_a_way_past_among_the_first() -> None:
+def test_search_is_deterministic_and_finds_pass_among_first_plans() -> None:
+    """A second search finds the same plans, and a pass is among the first."""
     world = blocked()
     seen = world.surroundings()
     runs = [Search(Guard(), world.scene(seen), seen, QuickValue(seen).value, QUICK).run() for _ in range(2)]
@@ -85,7 +88,8 @@ def test_a_search_finds_the_same_plans_again_and_a_way_past_among_the_first() ->
 
 @pytest.mark.release
 @pytest.mark.integration
-def test_a_campaign_ends_with_complete_standstills_and_goes_on_where_it_was(tmp_path: Path) -> None:
+def test_campaign_interrupted_resumes_where_it_ended(tmp_path: Path) -> None:
+    """A campaign labels complete standstills, and a resumed one drives only what is missing."""
     pytest.importorskip("carla")
     from lab.language.plan_search.campaign import PlanSearchSpec, collect
     from lab.language.plan_search.counterfactual_run import DriveSpec

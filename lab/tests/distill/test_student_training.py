@@ -66,5 +66,5 @@ def test_the_same_seed_and_steps_give_the_same_weights(trained):
 
 
 def test_no_path_of_this_machine_is_in_the_card(trained):
-    assert str(trained) not in (trained / "one" / "student.json").read_text()
+    assert str(trained) not in (trained / "one" / "student.json").read_text(encoding="utf-8")
     assert np.isfinite(DistilledReasoner(trained / "one")._network.card.temperature)

@@ -77,7 +77,8 @@ def test_harm_outweighs_everything_and_a_recovery_everything_but_harm():
     assert best([stays, slow]) is slow
 
 
-def test_a_drive_that_did_not_come_to_the_same_moment_is_no_label():
+def test_label_standstill_not_reached_is_not_used():
+    """A run that did not reach the same standstill gives no label."""
     assert best([label().model_copy(update={"reached": False})]) is None
 
 
@@ -118,6 +119,7 @@ def test_the_book_is_played_back_for_its_scene_alone(tmp_path):
     assert after.plan is None and after.analysis.wait is not None
 
 
-def test_a_folder_without_a_book_is_refused_with_what_writes_one(tmp_path):
+def test_plan_table_missing_file_names_collect_command(tmp_path):
+    """A folder without a plan table is rejected, and the error names the command that writes one."""
     with pytest.raises(ReasonerNameError, match="distill collect"):
         read_book(tmp_path)

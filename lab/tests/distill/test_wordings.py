@@ -51,7 +51,8 @@ def test_what_is_understood_leads_to_a_plan_of_that_kind(said, place):
     assert found["overtake"]["read"] == found["overtake"]["meant"] == 1
 
 
-def test_what_is_misread_leads_to_another_plan_and_is_the_readers_fault(said, place):
+def test_misinterpreted_wording_counts_as_error_of_interpreter(said, place):
+    """A wording that is misinterpreted leads to another plan and counts against the interpreter, not the student."""
     count = ends(said, place, {"a": meant("pull_over"), "b": meant("overtake")})["back_up"]
     assert (count["read"], count["meant"]) == (0, 1)
     assert count["other"] + count["none"] == 1
@@ -72,7 +73,8 @@ def test_going_on_may_be_going_round_but_not_backing_up():
     assert not matches_request(meant("overtake"), RecoveryPlan(behaviors=(PullOver(),)))
 
 
-def test_the_table_has_a_row_for_each_kind_and_one_for_all(said, place):
+def test_wording_table_has_row_per_behavior_and_total(said, place):
+    """The table has one row for each behavior and one for all."""
     rows = wording_table(ends(said, place, {"a": meant("back_up"), "b": meant("overtake")})).splitlines()
     assert [row.split(" | ")[0] for row in rows[2:]] == ["| back_up", "| overtake", "| all"]
     assert "| 2 | 2 | 100.0 % | 100.0 % | 0 | 0 | 0 |" in rows[-1]

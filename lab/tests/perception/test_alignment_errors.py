@@ -7,7 +7,8 @@ from tests.lidar.synthetic import drive
 from lab.perception.evaluation.miscalibration_errors import Errors, as_table, main
 
 
-def test_a_row_tells_errors_accused_drives_and_how_far_they_came():
+def test_miscalibration_table_row_contains_errors_accusations_and_distances():
+    """A row contains the number of errors, their quantiles, the drives with a detection and the distances to it."""
     errors = Errors(3, [0.1, -0.3, 0.2], [], [40.0, 60.0], [])
     told = as_table({"lidar-turned": errors}).splitlines()[2:]
     assert told == [

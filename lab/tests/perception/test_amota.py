@@ -15,14 +15,16 @@ def test_half_of_the_objects_is_half_of_the_levels() -> None:
     assert told == pytest.approx(0.5)
 
 
-def test_false_tracks_that_are_less_sure_cost_only_where_recall_needs_them() -> None:
+def test_amota_less_certain_false_tracks_cost_only_at_high_recall() -> None:
+    """False tracks that are less certain than the true ones cost only at the recall that needs them."""
     unsure = [frame({1: 0.0}, {7: 0.0, 8: 50.0}, {7: 0.9, 8: 0.2})]
     sure = [frame({1: 0.0}, {7: 0.0, 8: 50.0}, {7: 0.2, 8: 0.9})]
     assert amota([unsure], 2.0) == pytest.approx(1.0)
     assert (amota([sure], 2.0) or 0.0) < 0.5
 
 
-def test_without_objects_nothing_can_be_said_and_without_tracks_it_is_nothing() -> None:
+def test_amota_without_objects_is_undefined_without_tracks_zero() -> None:
+    """Without objects, AMOTA is undefined; with objects and without true tracks, it is 0."""
     assert amota([[frame({}, {7: 0.0})]], 2.0) is None
     assert amota([[frame({1: 0.0}, {})]], 2.0) == 0.0
 

@@ -19,12 +19,14 @@ def test_without_objects_nothing_can_be_said() -> None:
     assert average_precision(np.zeros(2, np.bool_), 0) is None
 
 
-def test_half_of_the_objects_found_for_sure_counts_the_levels_of_recall_up_to_a_half() -> None:
+def test_average_precision_half_recall_counts_levels_below_half() -> None:
+    """When half of the objects are found with precision 1, the levels of recall up to 0.5 count."""
     # 40 of the 90 levels above 0.1 are reached, each with precision 1, of which 0.1 is taken off as from the whole.
     assert average_precision(np.ones(5, np.bool_), 10) == pytest.approx(40.0 / 90.0)
 
 
-def test_wrong_ones_before_the_right_ones_cost_more_than_after_them() -> None:
+def test_average_precision_early_false_positives_cost_more() -> None:
+    """A false positive costs more before the true positives than after the first of them."""
     before = average_precision(np.array([False, True, True]), 2)
     after = average_precision(np.array([True, True, False]), 2)
     assert before is not None and after is not None

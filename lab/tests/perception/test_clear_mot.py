@@ -34,13 +34,15 @@ def test_pairs_are_such_that_the_sum_of_distances_is_smallest() -> None:
     assert (counts.matches, counts.distance_m) == (2, 2.0)
 
 
-def test_misses_and_false_tracks_are_counted_and_may_outnumber_the_objects() -> None:
+def test_mota_errors_exceeding_objects_make_it_negative() -> None:
+    """Misses and false tracks are counted, and MOTA is negative when they outnumber the objects."""
     counts = clear_mot([frame({1: 0.0}, {7: 10.0, 8: 20.0})], 2.0)
     assert (counts.misses, counts.false_positives) == (1, 2)
     assert counts.mota == -2.0
 
 
-def test_who_is_not_counted_is_neither_missed_nor_wrong_to_follow() -> None:
+def test_clear_mot_uncounted_object_is_neither_miss_nor_error() -> None:
+    """An object that does not count is neither missed nor a false positive when it is tracked."""
     followed = clear_mot([frame({1: 0.0, 2: 9.0}, {7: 0.0, 8: 9.0}, unseen=2)], 2.0)
     alone = clear_mot([frame({1: 0.0, 2: 9.0}, {7: 0.0}, unseen=2)], 2.0)
     assert (followed.objects, followed.false_positives, followed.misses) == (1, 0, 0)

@@ -37,13 +37,15 @@ def test_a_group_taken_for_a_car_is_noticed():
     assert coverage(boxes((10.2, 1.2, 2.0, 1.5, 0.0, CAR, 0.8)), group) == PedestrianRecall(3, 3, 3, 3)
 
 
-def test_one_box_does_not_cover_who_stands_beside_it_and_a_weak_one_covers_nobody():
+def test_coverage_box_covers_own_place_and_weak_box_none():
+    """A box does not cover a pedestrian beside it, and a box with a low score covers no pedestrian."""
     group = people((10.0, 0.0), (10.0, 0.6), (10.0, 1.2))
     assert coverage(boxes((10.0, 0.0, 0.5, 0.5, 0.3, PERSON, 0.9)), group) == PedestrianRecall(3, 2, 3, 2)
     assert coverage(boxes((10.0, 0.0, 0.5, 0.5, 0.3, PERSON, 0.3)), group) == PedestrianRecall(3, 0, 3, 0)
 
 
-def test_only_people_nearby_with_returns_count_and_only_those_in_front_are_ahead():
+def test_coverage_counts_only_near_pedestrians_with_returns():
+    """Only near pedestrians with LiDAR returns count, and only those in front count as ahead."""
     found = boxes((10.0, 8.0, 0.5, 0.5, 0.0, PERSON, 0.9))
     assert coverage(found, people((10.0, 8.0), (-5.0, 0.0), (25.0, 0.0))) == PedestrianRecall(2, 1, 0, 0)
     assert coverage(found, people((10.0, 8.0), counted=False)) == PedestrianRecall()

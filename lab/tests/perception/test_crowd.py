@@ -15,7 +15,8 @@ from lab.perception.recording.town_routes import FARTHEST_M, NEAREST_M, _route
 from stucksolver.scene import ObjectKind
 
 
-def test_every_kind_is_dealt_as_often_as_its_share_says_give_or_take_one() -> None:
+def test_crowd_kinds_are_dealt_by_share_within_one() -> None:
+    """Each kind is dealt as often as its share says, with a difference of less than one."""
     dealt = deal(SHARES, 100, Random(1))
     total = sum(share for _, share in SHARES)
     for kind, share in SHARES:
@@ -27,7 +28,8 @@ def test_the_largest_are_dealt_first() -> None:
     assert dealt == [ObjectKind.SCHOOL_BUS] * 2 + [ObjectKind.CAR] * 2 + [ObjectKind.CONE] * 2
 
 
-def test_a_random_route_is_neither_short_nor_long_and_the_same_for_the_same_seed() -> None:
+def test_random_route_length_is_bounded_and_seed_reproducible() -> None:
+    """A random route is neither short nor long, and the same seed gives the same route."""
     spots = [SimpleNamespace(location=carla.Location(90.0 * k, 0.0, 0.0)) for k in range(20)]
     for seed in range(20):
         route = _route("Town01", spots, seed, Random(seed))
@@ -36,7 +38,8 @@ def test_a_random_route_is_neither_short_nor_long_and_the_same_for_the_same_seed
         assert route == _route("Town01", spots, seed, Random(seed))
 
 
-def test_people_in_a_group_stand_close_together_but_not_in_one_another() -> None:
+def test_crowd_group_members_are_close_without_overlap() -> None:
+    """Pedestrians of a group are close together, but keep a minimum distance to each other."""
     sizes = set()
     for seed in range(200):
         places = places_of_a_group(Random(seed))

@@ -12,7 +12,8 @@ def test_labels_without_objects_do_not_count_in_the_mean() -> None:
     assert scores.by_label["truck"].average_precision is None
 
 
-def test_a_box_a_metre_and_a_half_off_counts_at_two_of_four_distances() -> None:
+def test_detection_score_error_of_1_5_m_counts_partly() -> None:
+    """A box with an error of 1.5 m counts at two of the four match distances."""
     scores = detection_scores([detections((11.5, 0.0, 0.9))], [reals((10.0, 0.0))])
     assert scores.by_label["car"].at_distances == (0.0, 0.0, pytest.approx(1.0), pytest.approx(1.0))
     assert scores.by_label["car"].average_precision == pytest.approx(0.5)

@@ -31,13 +31,15 @@ def test_an_error_that_stays_is_no_noise() -> None:
     assert noise.drift_m == pytest.approx((0.0, 0.0), abs=1e-9)
 
 
-def test_jitter_is_the_deviation_of_one_look_and_lies_along_the_axis() -> None:
+def test_detector_jitter_is_standard_deviation_along_axis() -> None:
+    """Jitter is the standard deviation of one detection, and lies along the axis of the error."""
     along, across = measured(shift_m=0.0, jitter_m=0.1).jitter_m
     assert along == pytest.approx(0.1, rel=0.15)
     assert across == pytest.approx(0.0, abs=1e-9)
 
 
-def test_a_car_taken_for_one_that_faces_the_other_way_is_flipped_and_not_turned() -> None:
+def test_detector_reversed_heading_counts_as_flip_without_yaw_error() -> None:
+    """A car that is detected with the opposite heading counts as flipped and gives no yaw error."""
     noise = measured(shift_m=0.0, jitter_m=0.0)
     assert noise.flipped == 1.0
     assert noise.yaw_rad == pytest.approx(0.0, abs=1e-9)

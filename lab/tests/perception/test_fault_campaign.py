@@ -47,11 +47,13 @@ def test_a_drive_that_crashed_is_no_drive_without_collisions():
     assert "| lidar-missing | 1, 1 crashed | 0 |" in as_table([row])
 
 
-def test_all_faults_that_there_are_are_driven_and_the_healthy_sensors_too(tmp_path):
+def test_fault_campaign_default_covers_all_faults_and_none(tmp_path):
+    """By default, all sensor faults are driven, and the sensors without a fault as well."""
     assert FaultCampaignSpec(tmp_path).faults == (HEALTHY, *FAULTS)
 
 
-def test_what_cannot_be_driven_is_one_line_and_exit_code_2(tmp_path, capsys):
+def test_fault_campaign_invalid_choice_is_one_line_error(tmp_path, capsys):
+    """An unknown fault or suite is an error of one line, with exit code 2."""
     with pytest.raises(
         FaultCampaignError, match="unknown sensor fault 'lidar-melted'; choose from none, lidar-missing"
     ):

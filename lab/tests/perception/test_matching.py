@@ -30,13 +30,15 @@ def test_a_detection_farther_away_than_allowed_is_wrong() -> None:
     assert (near.right.tolist(), far.right.tolist()) == ([True], [False])
 
 
-def test_an_object_with_too_few_points_is_neither_wanted_nor_wrong_to_find() -> None:
+def test_matching_object_with_few_points_is_ignored() -> None:
+    """An object with too few points is neither required nor a false positive when it is detected."""
     found = match([detections((10.0, 0.0, 0.9))], [reals((10.0, 0.0), counted=[False])], CAR, 2.0)
     assert len(found.score) == 0
     assert len(found.real_range_m) == 0
 
 
-def test_a_thing_without_a_label_may_be_taken_for_anything_over_its_whole_length() -> None:
+def test_matching_unlabeled_object_absorbs_detections_of_any_label() -> None:
+    """An object without a label excuses a detection of any label over its whole length."""
     told = detections((12.5, 0.0, 0.9))
     long = reals((10.0, 0.0), label=ANY_LABEL)
     wide = TruthObjects(long.label, long.center, np.array([[6.0, 2.0, 1.0]]), *_rest(long))

@@ -10,7 +10,8 @@ from lab.perception.evaluation.metrics.pose_errors import pose_errors
 SURE = np.array([np.eye(2)])
 
 
-def test_an_error_across_the_heading_is_lateral_and_one_along_it_is_not() -> None:
+def test_pose_error_across_heading_is_lateral() -> None:
+    """An error across the heading is a lateral error, and one along the heading is not."""
     true = np.array([[0.0, 0.0, math.pi / 2.0, 5.0]])
     across = pose_errors(true + np.array([1.0, 0.0, 0.0, 0.0]), true, SURE)
     along = pose_errors(true + np.array([0.0, 1.0, 0.0, 0.0]), true, SURE)
@@ -25,7 +26,8 @@ def test_headings_on_both_sides_of_south_are_near_each_other() -> None:
     assert found.yaw_rms_rad == pytest.approx(math.tau - 6.28, abs=1e-9)
 
 
-def test_the_ellipse_holds_what_lies_within_two_and_a_half_deviations() -> None:
+def test_pose_ellipse_95_percent_ends_below_2_5_deviations() -> None:
+    """The 95 % ellipse contains an error of 2.4 standard deviations, but not one of 2.5."""
     true = np.zeros((2, 4))
     off = np.array([[2.4, 0.0, 0.0, 0.0], [2.5, 0.0, 0.0, 0.0]])
     found = pose_errors(off, true, np.repeat(SURE, 2, axis=0))

@@ -36,7 +36,8 @@ def at(*places: tuple[float, float, float], age_s: float = 0.0) -> np.ndarray:  
     return np.array([(*place, 0.5, age_s) for place in places], np.float32).reshape(-1, 5)
 
 
-def test_an_object_counts_from_three_points_of_the_last_turn_on() -> None:
+def test_sample_object_counts_from_three_current_points() -> None:
+    """An object counts when it has at least three points of the last LiDAR turn."""
     inside = [(10.0, 0.0, 0.5), (11.0, 0.5, 1.0), (9.0, -0.5, 1.0)]
     assert reals_of(tick(10.0, 0.0), at(*inside)).counted.tolist() == [True]
     assert reals_of(tick(10.0, 0.0), at(*inside[:2])).counted.tolist() == [False]
@@ -56,7 +57,8 @@ def test_points_are_counted_in_the_turned_box() -> None:
     assert points_in(box, points).tolist() == [1]
 
 
-def test_a_long_emergency_vehicle_is_a_truck_and_a_prop_is_nothing() -> None:
+def test_label_long_emergency_vehicle_is_truck_prop_is_none() -> None:
+    """A long emergency vehicle is a truck, a short one a car, and a prop has no label."""
     assert LABELS[label_of(ObjectKind.EMERGENCY, 8.0)] == "truck"
     assert LABELS[label_of(ObjectKind.EMERGENCY, 5.0)] == "car"
     assert label_of(ObjectKind.PROP, 1.0) == -1

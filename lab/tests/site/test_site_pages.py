@@ -47,7 +47,7 @@ def site(tmp_path_factory):
     """The folder of the site, as `make docs` builds it."""
     pytest.importorskip("mkdocs", reason="the extra docs is not installed")
     folder = tmp_path_factory.mktemp("site")
-    (folder / "report.html").write_text(REPORT)
+    (folder / "report.html").write_text(REPORT, encoding="utf-8")
     command = [
         sys.executable,
         "-m",
@@ -76,7 +76,8 @@ def pages(site: Path) -> list[Path]:
     return sorted(site.rglob("*.html"))
 
 
-def test_no_page_or_style_sheet_names_a_file_of_another_host(site):
+def test_site_files_load_nothing_from_other_hosts(site):
+    """No page or style sheet loads a file from another host."""
     foreign = []
     for page in pages(site):
         for found in LOADS.findall(page.read_text(encoding="utf-8")):
@@ -106,7 +107,8 @@ def test_every_link_within_the_site_leads_somewhere(site):
     assert broken == []
 
 
-def test_pages_open_in_a_browser_without_another_host_or_a_script_that_fails(site, address, browser):
+def test_site_pages_open_without_other_hosts_or_script_errors(site, address, browser):
+    """Pages open in a browser without a request to another host and without a failing script."""
     asked, wrong = set(), []
     with contextlib.closing(browser.new_page()) as page:
         page.on("pageerror", lambda error: wrong.append(str(error)))
@@ -154,16 +156,17 @@ def test_the_reference_has_every_command_option_type_and_call(site):
     assert all(f'id="python-m-lab-{name}"' in commands for name in COMMANDS)
     assert "--oncoming" in commands and "Exit codes" in commands
     for name, schema in schemas().items():
-        assert json.loads((site / f"docs/reference/schemas/{name}.json").read_text()) == schema
+        assert json.loads((site / f"docs/reference/schemas/{name}.json").read_text(encoding="utf-8")) == schema
     http_page = (site / "docs/reference/http.html").read_text(encoding="utf-8")
-    calls = json.loads((site / "docs/reference/openapi.json").read_text())["paths"]
+    calls = json.loads((site / "docs/reference/openapi.json").read_text(encoding="utf-8"))["paths"]
     assert len(calls) > 5 and all(path in http_page for path in calls)
     python = (site / "docs/reference/python.html").read_text(encoding="utf-8")
     assert 'id="stucksolver.solver.StuckSolver.step"' in python
 
 
-def test_the_demonstration_is_a_page_of_the_site_as_it_is(site):
-    assert (site / "docs/demo/report.html").read_text() == REPORT
+def test_site_contains_demo_report_unchanged(site):
+    """The report of the demonstration is a page of the site, unchanged, and its page links to it."""
+    assert (site / "docs/demo/report.html").read_text(encoding="utf-8") == REPORT
     assert 'href="demo/report.html"' in (site / "docs/demo.html").read_text(encoding="utf-8")
 
 

@@ -25,7 +25,8 @@ def test_files_are_written_and_commands_run_in_order(tmp_path):
         ('```sh\necho one\n```\n\n```text title="prints"\ntwo\n```\n', "not printed: 'two'"),
     ],
 )
-def test_a_page_that_does_not_do_what_it_says_is_found(tmp_path, page, told):
+def test_tutorial_page_that_fails_is_reported(tmp_path, page, told):
+    """A page whose commands fail, or whose output differs, raises an error that names the cause."""
     with pytest.raises(TutorialError, match=told):
         done(page, tmp_path)
 

@@ -33,7 +33,8 @@ def test_the_same_folder_can_be_written_again(tmp_path):
         assert write_carla_root(tmp_path, [DEMO_TOWN.parent], "0.9.16")
 
 
-def test_without_a_town_or_a_place_to_write_it_says_what_to_do(tmp_path):
+def test_carla_root_without_town_or_writable_folder_names_remedy(tmp_path):
+    """Without a town or a writable folder, the error says what to do."""
     with pytest.raises(StartupError, match="STUCKSOLVER_MAPS"):
         write_carla_root(tmp_path, [tmp_path], "0.9.16")
     (tmp_path / "file").touch()
@@ -42,7 +43,8 @@ def test_without_a_town_or_a_place_to_write_it_says_what_to_do(tmp_path):
 
 
 @pytest.mark.integration
-def test_its_script_starts_a_server_on_the_port_it_is_told(tmp_path):
+def test_carla_root_script_starts_server_on_given_port(tmp_path):
+    """The script of the folder starts a server on the port of its command line."""
     folder = tmp_path / "with a space"
     write_carla_root(folder, [DEMO_TOWN.parent], "0.9.16")
     port = free_port()

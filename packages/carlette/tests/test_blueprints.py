@@ -46,7 +46,8 @@ def test_what_carla_lacks_carries_tag_and_attribute(type_id: str) -> None:
     assert attributes(type_id)[EXTRA] == "true"
 
 
-def test_who_picks_a_walker_or_a_car_at_random_gets_no_animal() -> None:
+def test_blueprint_patterns_for_walkers_and_vehicles_exclude_animals() -> None:
+    """A random choice among the walkers or the vehicles never gives an animal."""
     assert not any(id.startswith(("walker.", "vehicle.")) for id in CATALOG.definitions if "animal" in id)
 
 

@@ -56,7 +56,8 @@ def spawn_command(after: list[Any]) -> list[Any]:
     return [[0, [CONE, NOWHERE, [False], after]]]
 
 
-def test_a_batch_of_too_many_commands_is_refused_whole_each_with_the_reason(raw: Raw) -> None:
+def test_batch_with_too_many_commands_is_rejected_whole(raw: Raw) -> None:
+    """A batch with too many commands is rejected whole, with the reason for each command."""
     first = actors_of(raw)
     error, answers = raw.call("apply_batch", [spawn_command([])] * (MOST_COMMANDS + 1), False)
     assert error is None and len(answers) == MOST_COMMANDS + 1
@@ -73,14 +74,16 @@ def test_commands_within_commands_are_counted_too(raw: Raw) -> None:
 
 
 @pytest.mark.integration
-def test_a_batch_of_as_many_as_there_may_be_is_carried_out(raw: Raw) -> None:
+def test_batch_with_maximum_commands_is_executed(raw: Raw) -> None:
+    """A batch with the maximum number of commands is executed."""
     destroy = [[1, [999_999]]]
     error, answers = raw.call("apply_batch", [destroy] * MOST_COMMANDS, False)
     assert error is None and len(answers) == MOST_COMMANDS
 
 
 @pytest.mark.integration
-def test_a_world_takes_no_more_than_a_bounded_number_of_actors() -> None:
+def test_world_at_actor_limit_rejects_spawn() -> None:
+    """A world with the maximum number of actors rejects a spawn, and the error says to destroy some."""
     world = straight_world()
     for number in range(MOST_ACTORS - len(world.actors)):
         world.enter("other", world.spectator.kind, world.pose(world.spectator), world.spectator.box)
@@ -89,7 +92,8 @@ def test_a_world_takes_no_more_than_a_bounded_number_of_actors() -> None:
         spawn(world, "static.prop.constructioncone", {}, world.pose(world.spectator))
 
 
-def test_an_actor_that_is_asked_for_a_million_times_is_told_once(raw: Raw) -> None:
+def test_actor_requested_a_million_times_is_returned_once(raw: Raw) -> None:
+    """An actor that is requested a million times is returned once."""
     first, second = actors_of(raw), actors_of(raw)
     _, ((_, found),) = raw.call("get_actors_by_id", [second, first] * 500_000)
     assert [item[0] for item in found] == [second, first]
@@ -117,7 +121,8 @@ def test_an_actors_attributes_are_no_place_to_keep_data(raw: Raw, attributes: li
     assert f"{MOST_TEXT:,}" in told(raw.call("spawn_actor", [1, "sensor.other.imu", attributes], NOWHERE))
 
 
-def test_a_walker_keeps_the_bones_that_it_has_and_no_others(raw: Raw) -> None:
+def test_walker_unknown_bone_is_rejected(raw: Raw) -> None:
+    """A walker accepts only bones that it has."""
     walker = raw.call("spawn_actor", [1, "walker.pedestrian.0001", []], [[40.0, 300.0, 1.0], [0.0, 0.0, 0.0]])
     number = walker[1][0][1][0]
     assert "crl_tail" in told(raw.call("set_bones_transform", number, [[["crl_tail", NOWHERE]]]))
@@ -133,7 +138,8 @@ def test_a_traffic_managers_address_is_no_place_to_keep_data(raw: Raw) -> None:
     assert "255" in told(raw.call("add_traffic_manager_running", ["x" * 256, 8000]))
 
 
-def test_streams_that_are_asked_for_and_not_there_are_not_waited_for() -> None:
+def test_stream_hub_awaited_unknown_streams_are_bounded() -> None:
+    """The number of unknown streams for which the server waits is bounded."""
     from carlette.streaming import MOST_AWAITED, StreamHub
 
     hub = StreamHub()
@@ -146,7 +152,8 @@ def test_streams_that_are_asked_for_and_not_there_are_not_waited_for() -> None:
     "name", ["x" * 300, "a/" * 3000 + "b", "x" * 100_000, "\0"], ids=["long", "deep", "huge", "null"]
 )
 @pytest.mark.parametrize("call", ["start_recorder", "show_recorder_file_info", "replay_file"])
-def test_a_name_that_no_file_can_have_is_told_in_one_line(raw: Raw, call: str, name: str) -> None:
+def test_recorder_impossible_file_name_is_one_line_error(raw: Raw, call: str, name: str) -> None:
+    """A name that no file can have is an error of one line, with an example of a valid name."""
     more = [0.0, 0.0, 0, False] if call == "replay_file" else [False]
     error, ((index, answer),) = raw.call(call, name, *more)
     assert error is None and index == 1, "the recorder answers with texts, as CARLA's does"
@@ -190,7 +197,8 @@ def tape(path, change: dict[str, Any], spawned: int = 1):
     ],
     ids=["more motion", "nan", "far", "unknown", "no colour", "no colours", "no time", "a huge id"],
 )
-def test_a_damaged_log_is_refused_or_ends_its_replay_and_never_the_server(tmp_path, change, spawned) -> None:
+def test_recorder_damaged_log_never_crashes_server(tmp_path, change, spawned) -> None:
+    """A damaged log is rejected or ends its replay, and the server continues."""
     path = tape(tmp_path / "x.log", change, spawned)
     simulator = Simulator(straight_world().roads, VERSIONS[DEFAULT_VERSION], [], 0)
     simulator.world.settings = simulator.world.settings.__class__(True, False, 0.05)

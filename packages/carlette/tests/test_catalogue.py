@@ -74,7 +74,8 @@ def test_sizes_are_those_of_the_real_simulator() -> None:
     assert sum(not vehicle.is_extra for vehicle in load_catalog().vehicles.values()) == 41
 
 
-def test_background_traffic_is_of_the_nine_kinds_that_published_results_on_carla_show() -> None:
+def test_background_vehicle_blueprints_are_nine_of_published_results() -> None:
+    """Background traffic has the nine vehicle models that occur in published results on CARLA."""
     wanted = {"base_type": "car", "special_type": "", "has_lights": "true"}
     found = {
         vehicle.removeprefix("vehicle.")

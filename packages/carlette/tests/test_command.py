@@ -59,7 +59,8 @@ def broken(tmp_path: Path) -> dict[str, str]:
         ("missing", "does not exist"),
     ],
 )
-def test_a_bad_map_is_told_in_one_line_with_exit_code_2(broken, capsys, name: str, words: str) -> None:
+def test_command_invalid_map_is_one_line_error(broken, capsys, name: str, words: str) -> None:
+    """An invalid map is an error of one line that names the file, with exit code 2."""
     path = broken.get(name, "missing.xodr")
     assert cli.main(["--port", "0", "--map", path]) == 2
     out, errors = capsys.readouterr()
@@ -68,7 +69,8 @@ def test_a_bad_map_is_told_in_one_line_with_exit_code_2(broken, capsys, name: st
     assert words in errors and path in errors
 
 
-def test_an_unknown_town_is_told_with_the_places_and_the_towns_there(tmp_path: Path) -> None:
+def test_command_unknown_town_names_folders_and_available_towns(tmp_path: Path) -> None:
+    """The error for an unknown town names the folders that were searched and the towns there."""
     (tmp_path / "Here.xodr").write_text(straight_road(), "utf-8")
     command = [*COMMAND, "--port", "0", "--map", "Nowhere", "--maps", str(tmp_path)]
     done = subprocess.run(command, capture_output=True, text=True, timeout=120)

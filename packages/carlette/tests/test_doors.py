@@ -68,14 +68,16 @@ def test_hood_and_trunk_take_no_room() -> None:
     assert not len(world.doors)
 
 
-def test_a_door_stands_out_ninety_centimetres_and_the_box_stays_the_cars() -> None:
+def test_open_door_extends_0_9_m_beyond_unchanged_box() -> None:
+    """An open door extends 0.9 m beyond the car, and the bounding box of the car does not change."""
     world, car = parked(FRONT_LEFT)
     center, half = world.doors.boxes(world.bodies)
     assert -center[0, 1] + half[0, 1] == pytest.approx(car.box.extent.y + REACH_M)
     assert car.box.extent.y == pytest.approx(0.918, abs=0.001)
 
 
-def test_doors_go_with_their_car_and_with_a_copy_of_the_world() -> None:
+def test_open_door_leaves_with_car_and_is_copied_with_world() -> None:
+    """A door is removed with its car, and is part of a copy of the world."""
     world, car = parked(FRONT_LEFT)
     other = add(world, MKZ, 120.0)
     world.doors.move(other.row, other.box, FRONT_RIGHT, True)
@@ -84,7 +86,8 @@ def test_doors_go_with_their_car_and_with_a_copy_of_the_world() -> None:
     assert world.doors.row.tolist() == [other.row]
 
 
-def test_the_school_bus_puts_its_stop_arm_out_on_the_left() -> None:
+def test_school_bus_stop_arm_extends_on_left() -> None:
+    """The stop arm of the school bus extends 0.5 m on the left."""
     world = straight_world()
     bus = add(world, "vehicle.carlette.schoolbus", 80.0)
     world.doors.move(bus.row, bus.box, STOP_ARM, True)

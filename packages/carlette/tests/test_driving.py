@@ -27,7 +27,8 @@ def test_a_car_reaches_50_kmh_in_two_to_five_seconds() -> None:
     assert 2.0 < seconds < 5.0
 
 
-def test_a_car_stops_from_50_kmh_within_9_to_16_metres() -> None:
+def test_car_braking_from_50_kmh_stops_within_16_m() -> None:
+    """A car stops from 50 km/h within 9 to 16 m."""
     world = straight_world()
     car = add(world)
     launch(world, car, KMH_50)
@@ -39,7 +40,8 @@ def test_a_car_stops_from_50_kmh_within_9_to_16_metres() -> None:
     assert speed_of(world, car) == 0.0
 
 
-def test_full_lock_turns_on_a_radius_of_less_than_four_metres() -> None:
+def test_car_at_full_lock_turns_within_4_m_radius() -> None:
+    """At full lock, a car turns on a radius of 3.8 m, with a tolerance of 0.4 m."""
     world = straight_world()
     car = add(world, x=500.0)
     world.fleet.constant[car.index], world.fleet.is_constant[car.index] = (3.0, 0.0, 0.0), True
@@ -192,7 +194,8 @@ def first_moves_s(world: World, car) -> float:
     return math.inf
 
 
-def test_a_new_vehicle_gets_into_gear_with_its_first_throttle_and_only_then_moves() -> None:
+def test_new_vehicle_engages_gear_at_first_throttle() -> None:
+    """A new vehicle engages its gear at the first throttle and moves only after that delay."""
     world = straight_world()
     car = spawn(world, CAR, {}, on_lane(50.0))
     list(ticks(world, 40))  # time alone does not do it
@@ -205,7 +208,8 @@ def test_a_new_vehicle_gets_into_gear_with_its_first_throttle_and_only_then_move
 
 
 @pytest.mark.parametrize("by", [{"gear": 1.0}, {"reverse": 1.0}])
-def test_by_hand_or_in_reverse_a_new_vehicle_is_in_gear_at_once(by: dict[str, float]) -> None:
+def test_new_vehicle_manual_or_reverse_is_in_gear_at_once(by: dict[str, float]) -> None:
+    """With a manual gear or in reverse, a new vehicle is in gear at once."""
     world = straight_world()
     car = spawn(world, CAR, {}, on_lane(50.0))
     drive(world, car, throttle=1.0, reverse=by.get("reverse", 0.0))

@@ -61,7 +61,8 @@ def test_from_0_to_100_kmh(type_id: str, low: float, high: float) -> None:
 
 
 @pytest.mark.integration
-def test_a_truck_is_slower_and_brakes_later_than_a_car_and_a_bicycle_keeps_below_45_kmh() -> None:
+def test_truck_brakes_longer_than_car_bicycle_below_45_kmh() -> None:
+    """A truck has a longer braking distance than a car, and a bicycle stays below 45 km/h."""
     results = {}
     for type_id in (CAR, TRUCK):
         world = straight_world()
@@ -124,8 +125,11 @@ def test_the_mkz_turns_as_measured_in_carla(steer: float) -> None:
     assert math.radians(world.bodies.angular[car.row, 2]) / 5.0 == pytest.approx(expected, rel=0.06)
 
 
-def test_a_right_turn_of_4_6_metres_at_9_5_mps_is_driven_within_its_lane() -> None:
-    """As PDM-Lite drives it in CARLA: the car's middle keeps within 0.9 m of the lane's, which is 3.5 m wide."""
+def test_car_right_turn_at_9_5_mps_stays_in_lane() -> None:
+    """A right turn with a radius of 4.6 m at 9.5 m/s is driven within the lane.
+
+    As PDM-Lite drives it in CARLA: the car's middle keeps within 0.9 m of the lane's, which is 3.5 m wide.
+    """
     world = straight_world()
     car = add(world, MKZ, x=500.0, y=0.0)
     launch(world, car, 9.5)
@@ -151,7 +155,8 @@ def test_a_right_turn_of_4_6_metres_at_9_5_mps_is_driven_within_its_lane() -> No
 
 
 @pytest.mark.parametrize("slope", [0.05, 0.1])
-def test_climbing_is_slower_than_driving_on_the_level_and_downhill_faster(slope: float) -> None:
+def test_car_accelerates_slower_uphill_and_faster_downhill(slope: float) -> None:
+    """A car reaches 50 km/h later uphill than on level ground, and sooner downhill."""
     times = []
     for item in (-slope, 0.0, slope):
         world = straight_world(item)
@@ -162,7 +167,8 @@ def test_climbing_is_slower_than_driving_on_the_level_and_downhill_faster(slope:
     assert times[2] > 1.15 * times[1]
 
 
-def test_a_car_that_rolls_downhill_rolls_on_until_it_is_braked() -> None:
+def test_car_rolling_downhill_continues_until_braked() -> None:
+    """A car that rolls downhill continues to roll until it is braked."""
     world = straight_world(slope=-0.1)
     car = add(world, MKZ, z=-5.0)
     launch(world, car, 0.2)

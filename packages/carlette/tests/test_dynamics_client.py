@@ -74,7 +74,8 @@ def changed(car, **fields):
     return control
 
 
-def test_every_field_of_the_physics_control_can_be_written_and_read_back(world) -> None:
+def test_physics_control_fields_survive_write_and_read(world) -> None:
+    """The fields of the physics control can be written and read back."""
     car = spawn(world)
     curve = [carla.Vector2D(0.0, 300.0), carla.Vector2D(4000.0, 350.0)]
     gears = [carla.GearPhysicsControl(3.0, 0.4, 0.8), carla.GearPhysicsControl(1.5, 0.4, 0.8)]
@@ -157,7 +158,8 @@ def test_an_open_door_and_the_lights_come_from_the_client(world) -> None:
     assert dict(world.get_vehicles_light_states())[parked.id] == state
 
 
-def test_ackermann_settings_are_kept_and_a_speed_is_reached_and_held(world) -> None:
+def test_ackermann_settings_are_stored_and_target_speed_is_held(world) -> None:
+    """Ackermann settings are stored, and the target speed is reached and held."""
     car = spawn(world)
     gains = carla.AckermannControllerSettings(0.2, 0.0, 0.2, 0.02, 0.0, 0.01)
     car.apply_ackermann_controller_settings(gains)
@@ -183,7 +185,8 @@ def test_a_control_that_is_not_sticky_is_forgotten(world) -> None:
     assert abs(loose.get_velocity().x) < 1.0
 
 
-def test_impulses_forces_and_the_constant_velocity_work_by_mass_and_frame(world) -> None:
+def test_impulse_and_constant_velocity_respect_mass_and_vehicle_frame(world) -> None:
+    """An impulse acts by the mass, and a constant velocity in the frame of the vehicle."""
     car = spawn(world)
     mass = car.get_physics_control().mass
     car.add_impulse(carla.Vector3D(5.0 * mass, 0.0, 0.0))
@@ -243,7 +246,8 @@ def test_extras_are_listed_by_their_tag(world) -> None:
     assert {item.id for item in library.filter_by_attribute("carlette_extra", "true")} == extras
 
 
-def test_without_a_navigation_mesh_the_client_says_none_and_nothing_breaks(world) -> None:
+def test_without_navigation_mesh_location_is_none_and_walker_stays(world) -> None:
+    """Without a navigation mesh, a random location is None, and the AI controller leaves its walker in place."""
     assert world.get_random_location_from_navigation() is None
     walker = spawn(world, "walker.pedestrian.0003", z=1.0)
     controller = world.spawn_actor(
@@ -266,7 +270,8 @@ def hand(walker):
     ).component.location
 
 
-def test_a_flagger_shows_the_gesture_it_was_given_and_takes_others(world) -> None:
+def test_flagger_shows_spawn_gesture_and_accepts_bones(world) -> None:
+    """A flagger shows the gesture of its blueprint and accepts other poses."""
     hanging = spawn(world, "walker.flagger.0001", z=1.0)
     signing = spawn(world, "walker.flagger.0001", x=60.0, z=1.0, gesture="stop")
     ahead = hand(signing)

@@ -62,7 +62,8 @@ def state(world: World) -> bytes:
 @pytest.mark.integration
 @settings(max_examples=60)
 @given(st.lists(commands, max_size=12), st.lists(commands, max_size=12))
-def test_a_fork_and_a_pickle_go_the_way_of_the_original(before, after) -> None:
+def test_fork_and_pickle_evolve_like_original(before, after) -> None:
+    """A fork and a pickle evolve like the original under the same commands."""
     world = straight_world(slope=0.01)
     for command in before:
         obey(world, command)
@@ -88,7 +89,8 @@ def town(cars: int, name: str = "demo_town") -> World:
 
 
 @pytest.mark.integration
-def test_a_fork_of_a_town_has_its_lights_and_leaves_the_original_alone() -> None:
+def test_town_fork_copies_lights_and_leaves_original_unchanged() -> None:
+    """A fork of a town has its lights, and does not change the original."""
     world = town(10)
     world.tick()
     untouched = state(world)

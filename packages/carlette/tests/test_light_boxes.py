@@ -12,8 +12,11 @@ from carlette.in_process import open_world
 @pytest.mark.release
 @pytest.mark.slow
 @pytest.mark.integration
-def test_the_boxes_of_a_light_are_where_its_heads_are_drawn() -> None:
-    """The instance camera shows the light's own id inside the boxes of heads that are in view."""
+def test_light_boxes_lie_where_heads_are_drawn() -> None:
+    """The boxes of a light are where its heads are drawn.
+
+    The instance camera shows the light's own id inside the boxes of heads that are in view.
+    """
     import carla
 
     from stucksolver_carla.client_connection import connect

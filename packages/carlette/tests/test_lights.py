@@ -35,7 +35,8 @@ def run(signals: Signals, bodies: BodyTable, seconds: float) -> list[list[int]]:
     return seen
 
 
-def test_each_phase_gets_green_then_yellow_then_red_one_after_the_other() -> None:
+def test_phase_sequence_is_green_yellow_red_in_turn() -> None:
+    """Each phase gets green, then yellow, then red, one phase after the other."""
     signals, bodies = junction_of(3)
     cycle_s = 3 * (GREEN_S + YELLOW_S + RED_S)
     seen = run(signals, bodies, cycle_s)
@@ -47,7 +48,8 @@ def test_each_phase_gets_green_then_yellow_then_red_one_after_the_other() -> Non
     assert all(sum(color != Color.RED for color in item) <= 1 for item in seen)
 
 
-def test_a_light_set_by_hand_keeps_its_colour_for_its_own_time() -> None:
+def test_traffic_light_set_by_client_keeps_color_for_set_time() -> None:
+    """A light that a client sets keeps its color for the time that is set."""
     signals, bodies = junction_of(3)
     for light in range(3):
         signals.set_color(light, Color.RED)
@@ -96,8 +98,11 @@ def test_a_car_before_a_light_is_told_its_state(town01) -> None:
     assert record["has_light"][away.row] == 0
 
 
-def test_a_phase_lasts_as_long_as_at_20_hz_in_carla() -> None:
-    """CARLA adds up 32-bit steps and changes when the sum is greater than the time: 200 + 61 + 41 ticks."""
+def test_phase_durations_match_carla_at_20_hz() -> None:
+    """A phase lasts as many ticks as in CARLA at 20 Hz.
+
+    CARLA adds up 32-bit steps and changes when the sum is greater than the time: 200 + 61 + 41 ticks.
+    """
     signals, bodies = junction_of(2)
     signals.reset([0])
     seen = [item[0] for item in run(signals, bodies, 4 * 15.1)]
@@ -107,7 +112,8 @@ def test_a_phase_lasts_as_long_as_at_20_hz_in_carla() -> None:
     assert seen.index(Color.YELLOW, first[1]) - first[0] == 604
 
 
-def test_a_light_that_no_controller_names_changes_for_itself_and_stays_red_longer() -> None:
+def test_light_without_controller_cycles_alone_with_longer_red() -> None:
+    """A light without a controller changes alone and stays red longer."""
     signals, bodies = Signals(), BodyTable()
     for _ in range(2):
         signals.lights.append(row=bodies.append())

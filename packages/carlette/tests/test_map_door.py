@@ -68,9 +68,10 @@ def generate(raw: Raw, text: str):
 
 
 @pytest.mark.parametrize("inside", [False, True], ids=["elsewhere", "beside the folder"])
-def test_a_file_outside_the_folders_is_not_read_and_not_told_apart_from_one_that_is_missing(
+def test_load_world_file_outside_folders_is_rejected_like_missing(
     raw: Raw, folder: Path, tmp_path: Path, inside: bool
 ) -> None:
+    """A file outside the folders is not read, and its error is the same as for a missing file."""
     secret = folder.parent / "secret.xodr" if inside else tmp_path / "secret.xodr"
     secret.write_text(ROAD, "utf-8")
     for name in (str(secret), f"{folder}/../{secret.name}", f"../{secret.name}"):
@@ -81,13 +82,15 @@ def test_a_file_outside_the_folders_is_not_read_and_not_told_apart_from_one_that
 
 
 @pytest.mark.parametrize("name", ["Pipe", "Zero", "Folder", "Socket", "Huge"])
-def test_what_is_no_regular_file_of_a_maps_size_is_refused_by_name_at_once(raw: Raw, folder: Path, name: str) -> None:
+def test_load_world_irregular_or_huge_file_is_rejected_by_name(raw: Raw, folder: Path, name: str) -> None:
+    """A file that is irregular or larger than a map may be is rejected at once, and the error names it."""
     for asked in (name, str(folder / f"{name}.xodr")):
         assert name in load(raw, asked)
     assert raw.call("version") == (None, [[1, "0.9.16"]])
 
 
-def test_a_town_is_loaded_by_its_name_and_by_its_path(raw: Raw, folder: Path) -> None:
+def test_load_world_accepts_town_name_and_path(raw: Raw, folder: Path) -> None:
+    """A town is loaded by its name and by its path."""
     for name in ("Good", str(folder / "Good.xodr"), "/Game/Carla/Maps/Good"):
         assert raw.call("load_new_episode", name, True, 0xFFFF) == (None, [[False]])
         assert raw.call("get_map_info")[1][0][1][0] == "Carla/Maps/Good"
@@ -105,12 +108,14 @@ def test_the_command_refuses_a_pipe_too(folder: Path) -> None:
         find_map(str(folder / "Pipe.xodr"), map_folders([str(folder)]))
 
 
-def test_a_file_that_has_no_size_but_does_not_end_is_read_no_further_than_its_bound() -> None:
+def test_map_file_without_size_is_read_only_to_limit() -> None:
+    """A file that reports no size is read only up to the limit."""
     with pytest.raises(OSError, match="larger than 10 bytes"):
         read_regular(Path("/proc/self/status"), 10)
 
 
-def test_a_link_that_the_owner_of_a_folder_put_there_leads_to_its_town(tmp_path: Path) -> None:
+def test_town_symlink_in_folder_is_followed(tmp_path: Path) -> None:
+    """A symbolic link in a folder of towns leads to its town."""
     (tmp_path / "towns").mkdir()
     (tmp_path / "far.xodr").write_text(ROAD, "utf-8")
     (tmp_path / "towns" / "Far.xodr").symlink_to(tmp_path / "far.xodr")
@@ -151,7 +156,8 @@ HARMFUL = {
 
 
 @pytest.mark.parametrize("text", HARMFUL.values(), ids=HARMFUL.keys())
-def test_a_map_that_would_harm_the_server_is_refused_with_its_reason(raw: Raw, text: str) -> None:
+def test_generate_world_harmful_map_is_rejected_with_reason(raw: Raw, text: str) -> None:
+    """A map that would harm the server is rejected with a reason, and the present episode continues."""
     before = raw.call("get_episode_info")[1]
     told = refusal(generate(raw, text))
     assert "OpenDriveMap" in told and len(told) < 600
@@ -179,6 +185,7 @@ def test_a_map_that_is_not_built_in_time_is_refused(monkeypatch) -> None:
 
 
 @pytest.mark.integration
-def test_a_map_that_crashes_its_builder_is_refused_also_where_no_bound_was_crossed() -> None:
+def test_map_trial_crashing_map_is_rejected() -> None:
+    """A map that crashes its builder is rejected, even if it exceeds no limit."""
     with pytest.raises(MapError, match="crashes"):
         map_trial.try_out(HARMFUL["a road without a line"])

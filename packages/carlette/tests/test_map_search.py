@@ -22,7 +22,8 @@ MAPS = "CarlaUE4/Content/Carla/Maps"
         f"Unreal/{MAPS}/OpenDrive/Far.xodr",
     ],
 )
-def test_a_town_is_found_in_a_folder_and_in_an_installation_of_carla(tmp_path, place: str) -> None:
+def test_town_is_found_in_folder_and_carla_installation(tmp_path, place: str) -> None:
+    """A town is found in a folder and in an installation of CARLA."""
     path = tmp_path / place
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(straight_road(), "utf-8")
@@ -46,7 +47,8 @@ def test_a_town_with_layers_has_the_roads_of_the_town(tmp_path) -> None:
     assert (found.name, found.text) == ("Far_Opt", straight_road())
 
 
-def test_a_missing_map_says_where_it_was_searched_and_what_there_is(tmp_path) -> None:
+def test_missing_map_error_lists_folders_and_available_towns(tmp_path) -> None:
+    """The error for a missing map lists the searched folders and the available towns."""
     folders = map_folders([str(tmp_path), str(tmp_path / "gone")])
     with pytest.raises(MapError) as error:
         find_map("Atlantis", folders)

@@ -38,7 +38,8 @@ def orphaned(kind: str = "sensor.other.imu", count: int = 5):
     return world, child, car, place
 
 
-def test_it_stays_in_the_world_at_its_place_and_stands_still() -> None:
+def test_orphaned_child_stays_in_place_and_stops() -> None:
+    """The child of a destroyed actor stays in the world at its position and stops."""
     world, child, _, place = orphaned()
     for _ in ticks(world, 10):
         pass
@@ -48,7 +49,8 @@ def test_it_stays_in_the_world_at_its_place_and_stands_still() -> None:
     assert record["id"] == child.id and np.allclose(record["location"], place.location, atol=1e-4)
 
 
-def test_it_is_put_somewhere_else_in_the_world_and_not_in_a_frame_that_is_gone() -> None:
+def test_orphaned_child_teleports_in_world_frame() -> None:
+    """The child of a destroyed actor is teleported in the world frame, not in the frame of its former parent."""
     world, child, _, _ = orphaned()
     world.teleport(child, on_lane(700.0, z=2.0))
     world.tick()
@@ -69,7 +71,8 @@ def test_a_grandchild_follows_its_own_parent_still() -> None:
 
 
 @pytest.mark.parametrize("kind", SENSORS)
-def test_every_kind_of_sensor_measures_on_or_is_silent_and_none_fails(kind: str, caplog) -> None:
+def test_orphaned_sensor_of_any_kind_does_not_fail(kind: str, caplog) -> None:
+    """A sensor whose parent is destroyed continues or is silent, and none fails."""
     simulator = Simulator(straight_world().roads, VERSIONS[DEFAULT_VERSION], [], 0)
     world = simulator.world
     car, other = add(world), add(world, x=80.0)

@@ -64,7 +64,9 @@ def test_twenty_cars_never_touch_in_town01(town01: Path) -> None:
 
 
 @pytest.mark.slow
-def test_the_same_seed_drives_the_same_way_and_another_does_not(demo_roads: RoadNetwork) -> None:
+def test_traffic_is_reproducible_by_seed(demo_roads: RoadNetwork) -> None:
+    """The same seed gives the same traffic, and another seed gives other traffic."""
+
     def end(seed: int) -> bytes:
         world = busy(demo_roads, 15)
         world.traffic = Traffic(world, seed=seed)
@@ -86,7 +88,8 @@ def test_forks_go_on_with_the_traffic_bit_for_bit(demo_roads: RoadNetwork) -> No
     assert world.bodies.record.tobytes() == fork.bodies.record.tobytes() == copy.bodies.record.tobytes()
 
 
-def test_a_fork_takes_over_cars_that_roll_and_the_original_does_not_notice() -> None:
+def test_traffic_in_fork_takes_over_moving_cars() -> None:
+    """Traffic in a fork takes over moving cars smoothly, and the original has no traffic."""
     world = straight_world()
     cars = [add(world, CAR, x) for x in (50.0, 90.0)]
     for car in cars:
@@ -104,7 +107,8 @@ def test_a_fork_takes_over_cars_that_roll_and_the_original_does_not_notice() -> 
     assert speed_of(fork, fork.actors[cars[1].id]) == pytest.approx(0.9 * 30 * KMH, abs=1.0)
 
 
-def test_cars_stop_behind_what_stands_in_their_lane_and_go_on_when_it_is_gone() -> None:
+def test_traffic_stops_behind_blocker_and_resumes_after_removal() -> None:
+    """Cars stop behind a blocker in their lane and continue when it is removed."""
     world = straight_world()
     car, wreck = add(world, CAR, 50.0), add(world, CAR, 150.0)
     world.traffic = Traffic(world, [car.id])

@@ -28,7 +28,8 @@ def test_a_new_stream_is_waited_for_but_not_for_ever() -> None:
     assert pacing.hold_s(5.0 + HANDSHAKE_LIMIT_S, 0, 1) == 0.0
 
 
-def test_a_traffic_manager_gets_time_after_it_asked_for_the_settings() -> None:
+def test_pacer_traffic_manager_gets_settle_time_after_settings_request() -> None:
+    """The snapshot waits for a traffic manager, and for a settle time once it has requested the settings."""
     pacing = SnapshotPacer()
     pacing.cue(5.0)
     assert pacing.hold_s(5.0, 1, 0) == pytest.approx(STEP_LIMIT_S)
@@ -38,7 +39,8 @@ def test_a_traffic_manager_gets_time_after_it_asked_for_the_settings() -> None:
     assert pacing.hold_s(5.002, 1, 0) == 0.0
 
 
-def test_a_worker_that_asked_before_the_tick_still_gets_its_rest() -> None:
+def test_pacer_settings_requested_before_tick_still_get_settle_time() -> None:
+    """A worker that requested the settings before the tick still gets its settle time."""
     pacing = SnapshotPacer()
     pacing.settings_asked(4.9)
     pacing.cue(5.0)
@@ -51,7 +53,8 @@ def test_a_silent_traffic_manager_does_not_stop_the_world() -> None:
     assert pacing.hold_s(5.0 + STEP_LIMIT_S, 1, 0) == 0.0
 
 
-def test_a_worker_that_asks_right_after_the_snapshot_is_answered_a_little_later() -> None:
+def test_pacer_settings_request_after_snapshot_is_answered_later() -> None:
+    """A worker that requests the settings directly after the snapshot is answered after the settle time."""
     pacing = SnapshotPacer()
     pacing.published(5.0, 1)
     assert pacing.answer_after_s(5.0, managers=1) == pytest.approx(SETTLE_S)
@@ -59,7 +62,8 @@ def test_a_worker_that_asks_right_after_the_snapshot_is_answered_a_little_later(
     assert pacing.answer_after_s(5.0 + SETTLE_S, managers=1) == 0.0
 
 
-def test_a_client_that_asks_for_the_settings_itself_is_not_taken_for_the_worker() -> None:
+def test_pacer_settings_request_of_client_is_not_of_worker() -> None:
+    """Settings that the client requests itself do not count as the request of the worker."""
     pacing = SnapshotPacer()
     pacing.settings_asked(4.0)
     pacing.settings_asked(4.0)
@@ -71,7 +75,8 @@ def test_a_client_that_asks_for_the_settings_itself_is_not_taken_for_the_worker(
     assert pacing.hold_s(5.001, 1, 0) == pytest.approx(SETTLE_S)
 
 
-def test_a_worker_that_was_late_is_not_taken_for_one_that_waits() -> None:
+def test_pacer_late_worker_does_not_count_as_waiting() -> None:
+    """A worker whose request came late does not count as one that waits."""
     pacing = SnapshotPacer()
     pacing.published(4.0, 1)
     pacing.settings_asked(4.1)
@@ -80,7 +85,8 @@ def test_a_worker_that_was_late_is_not_taken_for_one_that_waits() -> None:
     assert pacing.hold_s(5.0, 1, 0) == pytest.approx(STEP_LIMIT_S)
 
 
-def test_after_a_new_episode_nobody_gets_a_snapshot_before_its_maker_has_come_back() -> None:
+def test_pacer_new_episode_holds_snapshots_until_its_client_returns() -> None:
+    """After a new episode, snapshots wait until the client that made it has subscribed again."""
     pacing = SnapshotPacer()
     pacing.published(5.0, 0)
     assert pacing.episode_begun(5.01) == pytest.approx(REST_S - 0.01)
@@ -90,7 +96,8 @@ def test_after_a_new_episode_nobody_gets_a_snapshot_before_its_maker_has_come_ba
     assert pacing.hold_s(5.1, 0, 0) == pacing.quiet_s(5.1) == 0.0
 
 
-def test_a_new_episode_whose_maker_stays_away_goes_on_by_itself() -> None:
+def test_pacer_new_episode_with_absent_client_continues() -> None:
+    """A new episode continues after the time limit if its client does not return."""
     pacing = SnapshotPacer()
     assert pacing.episode_begun(5.0) == 0.0
     assert pacing.quiet_s(5.0 + RETURN_LIMIT_S) == 0.0

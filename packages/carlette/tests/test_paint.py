@@ -34,7 +34,8 @@ def row_of_cars(attributes, type_id: str = CAR, count: int = 60) -> list[str]:
 
 
 @pytest.mark.parametrize("attributes", [{}, asked(UNPAINTED)], ids=["nothing sent", "the blueprint's default"])
-def test_cars_that_nobody_painted_have_all_the_recommended_colours_and_the_same_ones_again(attributes) -> None:
+def test_unpainted_cars_get_all_recommended_colors_reproducibly(attributes) -> None:
+    """Cars without a chosen color get all recommended colors, and the same ones again."""
     colors = row_of_cars(attributes)
     counts = Counter(colors)
     assert set(counts) == set(recommended(CAR))
@@ -43,7 +44,8 @@ def test_cars_that_nobody_painted_have_all_the_recommended_colours_and_the_same_
 
 
 @pytest.mark.parametrize("color", ["255,255,255", "17,17,17", "1,2,3", "nonsense"])
-def test_a_colour_that_a_client_chose_stays_as_it_was_sent(color: str) -> None:
+def test_chosen_color_is_kept_as_sent(color: str) -> None:
+    """A color that a client chose stays as it was sent."""
     assert set(row_of_cars(asked(color), count=5)) == {color}
 
 
@@ -55,7 +57,8 @@ def test_a_bicycle_has_one_of_a_bicycles_colours() -> None:
     assert set(row_of_cars({}, BICYCLE, 30)) == set(recommended(BICYCLE))
 
 
-def test_the_default_is_a_colour_and_not_one_of_those_recommended_so_that_a_client_can_choose_any() -> None:
+def test_default_color_is_valid_and_not_recommended() -> None:
+    """The default is a valid color outside the recommended ones, so that a client can choose any of those."""
     for definition in DEFINITIONS.values():
         for attribute in definition.attributes:
             if attribute.type is AttributeType.COLOR:

@@ -47,9 +47,10 @@ def test_a_stream_that_nobody_reads_is_left_already() -> None:
     assert StreamHub().parting(7).done()
 
 
-def test_an_answer_rests_after_what_it_waited_for_and_waits_no_longer_than_its_limit(
+def test_deferred_reply_waits_for_rest_and_time_limit(
     ends: tuple[socket.socket, socket.socket],
 ) -> None:
+    """A reply is sent after its condition and a rest time, and at the latest at its time limit."""
     ours, theirs = ends
     answers, connection = DeferredReplies(), RpcConnection(ours, lambda *_: None)
     left: Future[None] = Future()
@@ -88,7 +89,8 @@ def test_an_answer_waits_for_all_and_each_of_them_wakes(ends: tuple[socket.socke
 
 
 @pytest.mark.integration
-def test_who_destroys_a_sensor_that_another_reads_is_answered_and_holds_up_nobody() -> None:
+def test_destroying_sensor_read_by_another_blocks_no_client() -> None:
+    """Destroying a sensor that another client reads is answered, and delays no other request."""
     with running_server() as port:
         raw = Raw(port)
         raw.call("set_episode_settings", SYNCHRONOUS)

@@ -115,7 +115,8 @@ def test_peers_that_ask_and_never_read(port: int, raw: Raw) -> None:
     assert serves(raw)
 
 
-def test_a_client_that_is_killed_between_ticks_takes_its_traffic_manager_with_it(port: int, raw: Raw) -> None:
+def test_killed_client_takes_its_traffic_manager_along(port: int, raw: Raw) -> None:
+    """The traffic manager of a client that is killed between ticks counts as gone."""
     manager = free_port()
     with subprocess.Popen(
         [sys.executable, "-c", DRIVES_FOR_EVER, str(port), str(manager)], stdout=subprocess.PIPE, text=True

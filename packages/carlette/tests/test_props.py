@@ -57,7 +57,8 @@ def test_heavy_props_stop_a_car_where_they_stand(name: str) -> None:
     assert speed_of(world, car) < 3.0
 
 
-def test_a_level_crossing_gate_stops_a_car_and_lets_it_pass_when_raised() -> None:
+def test_crossing_gate_stops_car_unless_raised() -> None:
+    """A level crossing gate stops a car, and lets it pass when raised."""
     for roll, stops in ((0.0, True), (-85.0, False)):
         world = straight_world()
         car = add(world)

@@ -76,7 +76,8 @@ def test_a_stream_that_never_comes_delays_one_tick_only(raw: Raw) -> None:
     assert time.monotonic() - start < 10.0 * HANDSHAKE_LIMIT_S  # of 20 ticks; a busy machine is slow by itself
 
 
-def test_a_reader_that_comes_when_it_is_no_longer_waited_for_misses_nothing(port: int, raw: Raw) -> None:
+def test_late_subscriber_misses_no_measurement(port: int, raw: Raw) -> None:
+    """A subscriber that connects after the server has stopped waiting for it still gets all measurements."""
     raw.call("set_episode_settings", SYNCHRONOUS)
     _, ((_, sensor),) = raw.call("spawn_actor", IMU, NOWHERE)
     stream_id = int.from_bytes(sensor[-1][:4], "little")
@@ -133,7 +134,8 @@ def test_big_messages_arrive_whole(raw: Raw) -> None:
     assert result[0][0] is True
 
 
-def test_an_ackermann_control_that_is_too_short_is_refused_and_does_no_harm(raw: Raw) -> None:
+def test_ackermann_control_too_short_is_rejected_without_harm(raw: Raw) -> None:
+    """An Ackermann control with too few values is rejected, and the server continues."""
     raw.call("set_episode_settings", SYNCHRONOUS)
     car = raw.call("spawn_actor", [1, "vehicle.tesla.model3", []], [[0.0, 0.0, 50.0], [0.0, 0.0, 0.0]])[1][0][1][0]
     _, result = raw.call("apply_ackermann_control_to_vehicle", car, [0.0, 0.0])

@@ -43,7 +43,8 @@ def test_a_level_ray_meets_the_side_of_a_turned_box() -> None:
     assert hit.distance_m == pytest.approx(10.0 - car.box.extent.y, abs=0.1)
 
 
-def test_a_ray_that_ends_before_the_road_or_begins_below_it_meets_nothing() -> None:
+def test_ray_ending_above_or_starting_below_road_hits_nothing() -> None:
+    """A ray that ends before the road, begins below it or points away from it hits nothing."""
     world = straight_world()
     assert cast(world, Vector(50.0, LANE_Y_M, 10.0), DOWN, 9.5) == []
     assert cast(world, Vector(50.0, LANE_Y_M, -1.0), DOWN, 50.0) == []

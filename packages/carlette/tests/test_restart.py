@@ -65,7 +65,8 @@ def start() -> Iterator[Start]:
         server.communicate()
 
 
-def test_a_client_gets_an_error_and_a_new_one_of_the_same_process_drives_on(start: Start) -> None:
+def test_client_gets_error_and_new_one_drives_after_restart(start: Start) -> None:
+    """After the server dies, the client gets an error, and a new client of the same process drives on."""
     server, port = start(0)
     with subprocess.Popen(
         [sys.executable, "-c", CLIENT, str(port)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True

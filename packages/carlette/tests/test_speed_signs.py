@@ -35,13 +35,15 @@ def limit(world: World, car) -> float:
     return float(world.bodies.record["speed_limit"][car.row])
 
 
-def test_a_vehicle_has_30_kmh_wherever_it_is_spawned_whatever_the_road_says() -> None:
+def test_spawned_vehicle_has_30_kmh_limit_on_any_road() -> None:
+    """A vehicle has a limit of 30 km/h wherever it is spawned, whatever the road says."""
     world = signed(sign(90.0))
     assert [limit(world, add(world, x=x)) for x in (50.0, 300.0)] == [30.0, 30.0]
 
 
 @pytest.mark.integration
-def test_it_gets_the_limit_of_a_sign_when_its_bumper_touches_the_signs_box_and_keeps_it() -> None:
+def test_vehicle_limit_changes_when_bumper_reaches_sign_box() -> None:
+    """A vehicle gets the limit of a sign when its bumper touches the box of the sign, and keeps it."""
     world = signed(sign(90.0), sign(60.0, s=160.0))
     car = add(world, x=80.0)
     drive(world, car, throttle=0.6)
@@ -61,7 +63,8 @@ def test_a_sign_counts_for_its_lanes_alone() -> None:
     assert limit(world, add(world, x=SIGN_M - 1.0, y=-LANE_Y_M, yaw=180.0)) == 30.0
 
 
-def test_a_vehicle_that_a_client_puts_into_the_box_gets_the_limit_too() -> None:
+def test_vehicle_teleported_into_sign_box_gets_its_limit() -> None:
+    """A vehicle that a client teleports into the box of a sign gets its limit."""
     world = signed(sign(90.0))
     car = add(world, x=50.0)
     world.teleport(car, world.pose(car)._replace(location=world.pose(car).location._replace(x=SIGN_M - 1.0)))
@@ -69,7 +72,8 @@ def test_a_vehicle_that_a_client_puts_into_the_box_gets_the_limit_too() -> None:
     assert limit(world, car) == 90.0
 
 
-def test_the_value_counts_as_kmh_whatever_the_unit_and_a_sign_without_one_not_at_all() -> None:
+def test_speed_sign_value_is_kmh_and_missing_value_ignored() -> None:
+    """The value counts as km/h, whatever the unit; a sign without a value is ignored."""
     world = signed(sign(25.0, unit="mph"), sign(-1.0, s=200.0))
     cars = [add(world, x=x) for x in (SIGN_M - 1.0, 199.0)]
     assert [limit(world, car) for car in cars] == [25.0, 30.0]
@@ -90,7 +94,8 @@ def test_touching_means_that_the_vehicles_outline_overlaps_the_box(x: float, y: 
         assert (limit(world, car) == 90.0) == (gap < 0.0)
 
 
-def test_a_car_that_leaves_a_junction_of_the_generated_town_meets_its_street_sign() -> None:
+def test_grid_town_streets_have_speed_sign_after_junction() -> None:
+    """Each street of the generated town has a speed sign for cars that leave a junction."""
     roads = RoadNetwork(load_map(SHIPPED / "grid_town.xodr"))
     streets = [
         waypoint

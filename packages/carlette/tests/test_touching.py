@@ -49,7 +49,8 @@ def test_a_car_never_passes_through_an_immovable_prop(mps: float, aside_m: float
     assert world.pose(wall).location.x == 90.0
 
 
-def test_a_parked_car_that_is_hit_is_pushed_and_momentum_is_kept() -> None:
+def test_collision_pushes_parked_car_and_conserves_momentum() -> None:
+    """A parked car that is hit is pushed, and the momentum is conserved."""
     world = straight_world()
     car, parked = add(world, CAR, 50.0), add(world, CAR, 70.0)
     launch(world, car, 15.0)

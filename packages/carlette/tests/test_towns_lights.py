@@ -89,19 +89,22 @@ def leads_to(waypoint, metres: int = 25) -> set[tuple[int, int]]:
 
 
 @pytest.mark.integration
-def test_there_are_as_many_lights_and_governed_lanes_as_in_the_real_simulator(town: str) -> None:
+def test_town_light_and_lane_counts_match_carla(town: str) -> None:
+    """A town has as many lights and governed lanes as in CARLA."""
     _, signals, lanes = loaded(town)
     lights = [signal for signal in signals if signal.type == LIGHT_TYPE]
     pairs = sum(len(lanes[light.id]) for light in lights)
     assert (len(lights), pairs) == COUNTS[Path(town).stem]
 
 
-def test_there_are_as_many_stop_signs_as_in_the_real_simulator(town: str) -> None:
+def test_town_stop_sign_count_matches_carla(town: str) -> None:
+    """A town has as many stop signs as in CARLA."""
     _, signals, _ = loaded(town)
     assert sum(signal.type == "206" for signal in signals) == STOPS.get(Path(town).stem, 0)
 
 
-def test_each_stop_waypoint_lies_on_a_lane_that_leads_to_one_that_is_governed(town: str) -> None:
+def test_town_stop_waypoints_lead_to_governed_lanes(town: str) -> None:
+    """Each stop waypoint lies on a lane that leads to a governed one."""
     roads, signals, lanes = loaded(town)
     for signal in signals:
         assert stops(roads, signal)
@@ -149,8 +152,9 @@ def test_junctions_cycle_in_the_order_of_the_real_simulator(town: str) -> None:
         assert " ".join("+".join(sorted(phases[place])) for place in sorted(phases)) == expected, junction
 
 
-def test_a_file_that_only_bears_the_name_of_a_town_cycles_in_the_order_of_the_file(town01: Path) -> None:
-    text = town01.read_text().replace('"381"', '"9381"')
+def test_map_named_like_town_cycles_in_file_order(town01: Path) -> None:
+    """A map that only has the name of a town cycles its lights in the order of the file."""
+    text = town01.read_text(encoding="utf-8").replace('"381"', '"9381"')
     signals = read_signals(RoadNetwork(MapFile("Town01", text)), ElementTree.fromstring(text))
     phases = {signal.id: signal.turn.phase for signal in signals if signal.turn.group == "222"}
     assert phases == {"9381": 0, "382": 1, "383": 2}

@@ -140,7 +140,8 @@ def no_rescue_runs() -> bool:
     return not any(thread.name == "carlette-rescue" for thread in threading.enumerate())
 
 
-def test_a_silent_client_is_woken_and_not_before_the_stall_time(manager: FakeManager, lost: None) -> None:
+def test_watchdog_silent_client_is_woken_after_stall_time(manager: FakeManager, lost: None) -> None:
+    """A silent client is woken after the stall time, and not earlier."""
     watch = TrafficManagerWatchdog()
     watch.published(100.0, "127.0.0.1", [manager.port])
     watch.free_if_silent(100.0 + STALLED_S - 0.01)
@@ -161,7 +162,8 @@ def test_a_client_is_woken_whatever_it_called_before_it_hung(manager: FakeManage
     assert settled(lambda: watch.count == 1)
 
 
-def test_a_client_that_goes_on_hanging_is_woken_again_but_not_for_ever(manager: FakeManager, lost: None) -> None:
+def test_watchdog_hanging_client_is_woken_limited_times(manager: FakeManager, lost: None) -> None:
+    """A client that continues to hang is woken again, up to the limit of attempts."""
     watch = TrafficManagerWatchdog()
     watch.published(0.0, "127.0.0.1", [manager.port])
     for i in range(1, 2 * MOST_TRIES):
@@ -181,7 +183,8 @@ def test_a_client_that_waits_for_something_else_is_left_alone(manager: FakeManag
     assert manager.calls == []
 
 
-def test_of_unknown_threads_a_silent_client_is_woken_once_and_late(manager: FakeManager, unknown: None) -> None:
+def test_watchdog_unknown_threads_are_woken_once_after_longer_time(manager: FakeManager, unknown: None) -> None:
+    """If the state of its threads is unknown, a silent client is woken once and after a longer time."""
     watch = TrafficManagerWatchdog()
     watch.published(100.0, "127.0.0.1", [manager.port])
     watch.free_if_silent(100.0 + STALLED_S - 0.01)
@@ -196,7 +199,8 @@ def test_of_unknown_threads_a_silent_client_is_woken_once_and_late(manager: Fake
     assert settled(no_rescue_runs) and len(manager.calls) == 3
 
 
-def test_of_unknown_threads_a_client_is_left_alone_once_its_step_began(manager: FakeManager, unknown: None) -> None:
+def test_watchdog_unknown_threads_are_ignored_after_step_began(manager: FakeManager, unknown: None) -> None:
+    """If the state of its threads is unknown, a client whose step has begun is not woken."""
     watch = TrafficManagerWatchdog()
     for has_begun, calls in ((True, []), (False, WAKING)):
         watch.published(0.0, "127.0.0.1", [manager.port])
@@ -206,9 +210,10 @@ def test_of_unknown_threads_a_client_is_left_alone_once_its_step_began(manager: 
         assert settled(no_rescue_runs) and manager.calls == calls
 
 
-def test_a_client_elsewhere_is_woken_when_it_has_been_silent_for_longer(
+def test_watchdog_remote_client_is_woken_after_longer_silence(
     manager: FakeManager, lost: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """A client on another host is woken after a longer silence."""
     woken: list[tuple[str, int]] = []
     monkeypatch.setattr(watchdog, "wake", lambda host, port, switching: woken.append((host, port)))
     watch = TrafficManagerWatchdog()
@@ -219,9 +224,10 @@ def test_a_client_elsewhere_is_woken_when_it_has_been_silent_for_longer(
     assert settled(no_rescue_runs) and woken == [("192.0.2.7", manager.port)]
 
 
-def test_every_manager_of_a_silent_client_is_woken_even_where_one_does_not_answer(
+def test_watchdog_wakes_all_managers_even_if_one_is_mute(
     manager: FakeManager, mute: FakeManager, lost: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """Every manager of a silent client is woken, even if one of them does not answer."""
     monkeypatch.setattr(watchdog, "ANSWER_S", 0.2)
     watch = TrafficManagerWatchdog()
     watch.published(0.0, "127.0.0.1", [mute.port, manager.port])
@@ -246,9 +252,10 @@ def test_a_client_without_managers_is_left_alone() -> None:
 
 
 @pytest.mark.slow
-def test_a_manager_that_does_not_answer_is_left_in_its_mode_and_nothing_hangs(
+def test_watchdog_mute_manager_keeps_mode_and_blocks_nothing(
     mute: FakeManager, lost: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """A manager that does not answer keeps its mode, and the server does not wait for it."""
     monkeypatch.setattr(watchdog, "ANSWER_S", 2.0)
     watch = TrafficManagerWatchdog()
     watch.published(0.0, "127.0.0.1", [mute.port])
@@ -282,9 +289,8 @@ def in_lockstep(port: int, *managers: FakeManager) -> Raw:
         *(pytest.param(x, marks=pytest.mark.slow) for x in ("get_episode_settings", "get_vehicle_light_states")),
     ],
 )
-def test_the_server_wakes_the_client_that_cued_a_tick_and_fell_silent(
-    manager: FakeManager, lost: None, last_call: str
-) -> None:
+def test_server_wakes_client_silent_after_tick_cue(manager: FakeManager, lost: None, last_call: str) -> None:
+    """The server wakes a client that cued a tick and then fell silent, also at the next tick."""
     with running_server() as port:
         client = in_lockstep(port, manager)
         if last_call != "tick_cue":
@@ -301,7 +307,8 @@ def test_the_server_wakes_the_client_that_cued_a_tick_and_fell_silent(
 
 
 @pytest.mark.slow
-def test_the_server_leaves_alone_who_goes_on_who_waits_and_who_leaves(manager: FakeManager) -> None:
+def test_server_does_not_wake_active_waiting_or_gone_client(manager: FakeManager) -> None:
+    """The server does not wake a client that continues, one that waits without a manager, or one that has left."""
     with running_server() as port:
         ticking, waiting = in_lockstep(port, manager), in_lockstep(port)
         for _ in range(8):
@@ -351,7 +358,8 @@ def test_a_process_is_still_when_all_its_threads_sleep(then: str, still: bool) -
             process.kill()
 
 
-def test_threads_that_wait_for_each_other_are_told_from_others_that_wait(manager: FakeManager, step: Step) -> None:
+def test_watchdog_distinguishes_deadlocked_threads_from_waiting_ones(manager: FakeManager, step: Step) -> None:
+    """Threads that wait for each other are distinguished from threads that wait for another reason."""
     step.wait(0)
     assert settled(lambda: waits_for_itself(manager.port) is False)
     step.wait(0)
@@ -374,8 +382,11 @@ IMPATIENT = (
 
 
 @pytest.mark.slow
-def test_a_client_that_is_merely_late_drives_as_if_nobody_watched() -> None:
-    """A server that takes every client for silent at once looks at its threads, and leaves it alone."""
+def test_watchdog_late_client_drives_as_if_unwatched() -> None:
+    """A client that is only late drives as without a watchdog.
+
+    A server that takes every client for silent at once looks at its threads, and leaves it alone.
+    """
     pytest.importorskip("carla")
     arguments = ("--map", "demo_town", "--client-version", VERSION, "--seed", "11")
     with running_server(*arguments) as port:

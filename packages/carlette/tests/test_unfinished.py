@@ -99,12 +99,15 @@ def fed(frames: RequestBuffer, head: bytes, more: bytes, most: int) -> int:
     ],
     ids=["commands", "lists for a map", "a map of 4 GB", "a name of 4 GB", "a list"],
 )
-def test_an_endless_request_is_given_up_at_a_bound_and_makes_no_objects_before(head: bytes) -> None:
+def test_request_buffer_endless_request_stops_at_limit(head: bytes) -> None:
+    """An endless request is dropped at the limit of bytes, and no objects are built before it is complete."""
     held = fed(RequestBuffer(), head, b"\x90" * READ_BYTES, LARGEST_REQUEST_BYTES)
     assert held <= LARGEST_REQUEST_BYTES + READ_BYTES + len(head)
 
 
-def test_the_text_of_a_map_may_be_as_long_as_a_maps_file() -> None:
+def test_request_buffer_accepts_map_as_large_as_file_limit() -> None:
+    """The text of a map may be as long as the file of a map."""
+
     def head(size: int) -> bytes:
         return b"\x94\x00\x01\xb6copy_opendrive_to_file\x93\x91\xc2\xdb" + size.to_bytes(4, "big")
 
@@ -119,7 +122,8 @@ def test_the_text_of_a_map_may_be_as_long_as_a_maps_file() -> None:
 
 
 @given(st.binary(max_size=300))
-def test_noise_is_cut_or_refused_and_never_kept_beyond_what_came(noise: bytes) -> None:
+def test_request_buffer_noise_is_never_held_beyond_its_length(noise: bytes) -> None:
+    """Random bytes are cut or rejected, and never held beyond their length."""
     frames = RequestBuffer()
     frames.feed(noise)
     try:
@@ -131,7 +135,8 @@ def test_noise_is_cut_or_refused_and_never_kept_beyond_what_came(noise: bytes) -
     assert allowance(noise) >= LARGEST_REQUEST_BYTES
 
 
-def test_a_client_that_trickles_is_dropped_when_its_request_took_too_long() -> None:
+def test_slow_client_is_dropped_when_request_exceeds_time_limit() -> None:
+    """A client that sends byte by byte is dropped when its request takes longer than the time limit."""
     line, request = Line(), msgpack.packb([0, 1, "version", [[False], "x" * 200]])
     for byte in request:
         line.far.sendall(bytes([byte]))
@@ -143,7 +148,8 @@ def test_a_client_that_trickles_is_dropped_when_its_request_took_too_long() -> N
     assert not line.asked
 
 
-def test_one_that_finishes_each_request_in_time_stays_however_long_it_is_there() -> None:
+def test_client_finishing_requests_in_time_is_kept() -> None:
+    """A client that finishes each request in time stays connected, however long the connection lasts."""
     line, request = Line(), msgpack.packb([0, 1, "version", [[False]]])
     line.far.sendall(request[:5])
     for _ in range(20):
@@ -163,7 +169,8 @@ def test_a_client_that_is_silent_between_requests_stays() -> None:
 
 
 @pytest.mark.integration
-def test_a_client_that_asks_and_does_not_read_is_asked_to_wait_and_loses_nothing() -> None:
+def test_client_not_reading_replies_is_paused_without_loss() -> None:
+    """A client that does not read its replies is paused, and no reply is lost."""
     line = Line(answer="x" * 1_000_000)
     line.far.sendall(b"".join(msgpack.packb([0, i, "get_map_data", [[False]]]) for i in range(200)))
     for _ in range(5):
@@ -180,7 +187,8 @@ def test_a_client_that_asks_and_does_not_read_is_asked_to_wait_and_loses_nothing
     assert answers == list(range(200))
 
 
-def test_requests_that_take_long_do_not_keep_others_waiting_until_all_are_done() -> None:
+def test_long_requests_yield_to_other_clients_between_turns() -> None:
+    """Long requests of one client are executed in several turns, so that other clients are served between them."""
     line = Line(work_s=LONGEST_TURN_S / 2)
     line.far.sendall(b"".join(msgpack.packb([0, i, "load_new_episode", [[False]]]) for i in range(20)))
     turns = 0
@@ -200,7 +208,8 @@ class Peer:
     came: float = 0.0
 
 
-def test_all_together_hold_no_more_than_a_bound_and_the_heaviest_goes_first() -> None:
+def test_clients_together_hold_bounded_bytes_heaviest_is_dropped() -> None:
+    """All clients together hold a bounded number of bytes; the one with the most is dropped first."""
     third = MOST_HELD_BYTES // 3
     light, middle, heavy = Peer(1000), Peer(third), Peer(2 * third + 5000)
     assert [client for client, _ in timed_out_clients([light, middle, heavy], 0.0)] == [heavy]
@@ -229,7 +238,8 @@ def test_the_server_closes_an_endless_request_and_serves_on(port: int) -> None:
 
 
 @pytest.mark.integration
-def test_a_hundred_new_episodes_asked_for_at_once_do_not_keep_another_client_waiting(port: int) -> None:
+def test_hundred_new_episodes_do_not_delay_another_client(port: int) -> None:
+    """A hundred new episodes that are requested at once do not delay the replies to another client."""
     # The server may be done with all of them before a busy machine lets us ask; but not each time.
     assert any(is_answered_on_the_way(port) for _ in range(5))
 

@@ -57,7 +57,8 @@ def test_a_walker_steps_onto_the_sidewalk_and_down_again() -> None:
     assert world.pose(walker).location.z == pytest.approx(STAND_M, abs=0.01)
 
 
-def test_a_jump_is_as_high_as_unreals_and_ends_on_the_ground() -> None:
+def test_walker_jump_has_unreal_height_and_lands() -> None:
+    """A jump is as high as in Unreal and ends on the ground."""
     world = straight_world()
     walker = add(world, WALKER, z=STAND_M)
     list(ticks(world, 2))
@@ -70,7 +71,8 @@ def test_a_jump_is_as_high_as_unreals_and_ends_on_the_ground() -> None:
 
 
 @pytest.mark.integration
-def test_a_walker_that_is_hit_hard_dies_and_leaves_unless_invincible() -> None:
+def test_walker_hit_hard_dies_and_disappears_unless_invincible() -> None:
+    """A walker that is hit hard dies and is removed, unless it is invincible."""
     world = straight_world()
     car, victim, immune = add(world, CAR, 50.0), mortal(world, 60.0), add(world, WALKER, 100.0, z=STAND_M)
     walk(world, victim, speed=1.0, y=-0.01)
@@ -107,7 +109,8 @@ def test_no_car_passes_through_a_walker(mps: float, aside_m: float) -> None:
     assert not reached or {(item.sensor_id, item.other_id) for item in hits} == {(sensor.id, walker.id)}
 
 
-def test_an_animal_walks_like_a_walker_and_has_its_own_size() -> None:
+def test_animal_walks_like_walker_with_own_size() -> None:
+    """An animal walks like a walker, has its own size, and slows a car that hits it."""
     world = straight_world()
     cow = add(world, "animal.cow", 60.0, z=0.725)
     walk(world, cow, y=1.0, speed=1.2)

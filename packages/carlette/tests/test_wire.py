@@ -20,7 +20,8 @@ from carlette.wire.snapshot import RECORD, RECORD_BYTES, sensor_header, world_he
 number = st.floats(-1e6, 1e6, width=32)
 
 
-def test_a_record_is_packed_and_its_fields_are_where_the_client_reads_them() -> None:
+def test_actor_record_fields_have_client_offsets() -> None:
+    """An actor record is packed, and its fields are at the offsets that the client reads."""
     assert RECORD.itemsize == RECORD_BYTES == 119
     records = np.zeros(2, RECORD)
     records["id"] = (7, 8)
@@ -47,7 +48,8 @@ def test_headers_have_the_sizes_of_the_protocol() -> None:
     assert struct.unpack_from("<f", world_header(1, 0.05, 0), 16)[0] == np.float32(0.05)
 
 
-def test_a_token_names_stream_and_port_and_leaves_the_host_to_the_client() -> None:
+def test_stream_token_has_stream_and_port_but_no_host() -> None:
+    """A token contains the stream and the port, and leaves the host to the client."""
     token = stream_token(42, 2001)
     assert len(token) == 24
     assert struct.unpack_from("<IHBB", token) == (42, 2001, 1, 0)
@@ -67,7 +69,8 @@ def test_responses_tell_success_from_error_for_void_and_for_values() -> None:
 
 
 @pytest.mark.parametrize(("version", "boolean"), [("0.9.15", 0), ("0.9.16", 1)])
-def test_attribute_types_are_shifted_for_the_newer_client_and_read_back(version: str, boolean: int) -> None:
+def test_attribute_types_shift_for_newer_client_and_read_back(version: str, boolean: int) -> None:
+    """Attribute types are shifted for the newer client and read back correctly."""
     served = VERSIONS[version]
     car = load_catalog().definitions["vehicle.tesla.model3"]
     wire = encode.definition(1, car, served)

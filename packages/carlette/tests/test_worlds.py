@@ -15,7 +15,8 @@ PAGE = Path(__file__).parents[3] / "docs" / "carlette.md"
 
 
 @pytest.mark.integration
-def test_the_example_of_the_page_runs_and_a_fork_goes_on_as_the_original_would():
+def test_documentation_example_runs_and_fork_matches_original():
+    """The example of the page runs, and its fork continues as the original would."""
     (example,) = [
         e for e in re.findall(r"```python\n(.*?)```", PAGE.read_text("utf-8"), re.DOTALL) if "in_process" in e
     ]
@@ -30,7 +31,8 @@ def test_the_example_of_the_page_runs_and_a_fork_goes_on_as_the_original_would()
 
 
 @pytest.mark.integration
-def test_the_same_seed_puts_the_same_cars_at_the_same_places():
+def test_populate_is_reproducible_by_seed():
+    """The same seed places the same cars at the same positions."""
     first, second, other = (open_world("grid_town") for _ in range(3))
     for world, seed in ((first, 3), (second, 3), (other, 4)):
         assert len(populate(world, 8, seed)) == 8
@@ -48,7 +50,8 @@ def test_a_town_that_does_not_exist_is_named():
         open_world("Nowhere")
 
 
-def test_traffic_drives_on_in_a_fork_and_not_in_the_world_it_came_from():
+def test_traffic_continues_in_fork_but_not_in_original():
+    """Traffic continues in a fork and not in the original."""
     world = open_world("demo_town", seed=2)
     populate(world, 5, seed=2)
     world.traffic = Traffic(world, seed=2)

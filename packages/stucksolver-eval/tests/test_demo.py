@@ -66,7 +66,8 @@ def accepted(log):
 
 
 @pytest.mark.slow
-def test_the_driver_alone_stays_behind_the_parked_car_until_it_counts_as_blocked(both):
+def test_demo_driver_alone_stays_blocked_behind_parked_car(both):
+    """The driver alone stays behind the parked car until it counts as blocked."""
     log, _ = both[1]
     result = log.result
     assert (result.status, result.infractions) == ("Failed - Agent got blocked", {"vehicle_blocked": 1})
@@ -98,10 +99,12 @@ def test_with_the_solver_the_ego_gets_past_the_parked_car(both):
 def test_demo_figures_are_the_same_on_table_page_and_summary(both):
     """One drive stands until it fails, the other one recovers."""
     out, logs, report = both
-    page = json.loads(re.search(r'type="application/json"[^>]*>(.*?)</script>', report.read_text(), re.DOTALL)[1])
+    page = json.loads(
+        re.search(r'type="application/json"[^>]*>(.*?)</script>', report.read_text(encoding="utf-8"), re.DOTALL)[1]
+    )
     for k, (log, shown) in enumerate(zip(logs, page["runs"], strict=True), 1):
         (path,) = (out / "runs" / f"{k}").glob("seed-1/outcomes/*.json")
-        outcome = RouteOutcome.model_validate_json(path.read_text())
+        outcome = RouteOutcome.model_validate_json(path.read_text(encoding="utf-8"))
         figures = recovery_figures([outcome])
         assert (log.result.immobilizations, log.result.recoveries) == (figures.met, figures.left) == (1, k - 1)
         assert log.result.time_to_recover_s == figures.median_s
@@ -128,7 +131,8 @@ def test_the_log_replays_the_run(both):
 
 
 @pytest.mark.release
-def test_the_same_seed_is_the_same_run_with_oncoming_cars_and_cyclists_too(shown):
+def test_demo_same_seed_reproduces_run_with_traffic(shown):
+    """The same seed gives the same run, also with oncoming cars and cyclists."""
     first, second = (shown(CYCLISTS, GUIDED, again=k, oncoming=3, road="one_lane") for k in range(2))
     assert first == second
     assert {a.kind for a in first.actors} == {"car", "bicycle"}
@@ -141,7 +145,8 @@ def test_another_seed_is_another_place_or_other_cars(shown):
 
 
 @pytest.mark.release
-def test_where_there_is_a_lane_of_our_direction_it_changes_into_that(shown):
+def test_demo_several_lanes_ego_uses_adjacent_lane(shown):
+    """With an adjacent lane in its direction, the ego changes into that lane."""
     log = shown(road="multi_lane")
     assert (log.result.status, log.result.infractions, log.result.plans_accepted) == ("Completed", {}, 1)
     (decided,) = accepted(log)
@@ -162,7 +167,8 @@ def slow_elsewhere(shown):
 
 @pytest.mark.release
 @pytest.mark.slow
-def test_a_slow_answer_is_a_late_one_and_helps_all_the_same(both, slow_elsewhere):
+def test_demo_slow_reasoner_delays_but_still_succeeds(both, slow_elsewhere):
+    """A reasoner that answers 2 s late makes the decision 2 s later, and the run still succeeds."""
     (_, quick), (slow, _) = both[1], slow_elsewhere
     assert slow.result.status == "Completed" and slow.result.infractions == {}
     wait_s = slow.decisions[0].time_s - quick.decisions[0].time_s
@@ -176,7 +182,8 @@ def test_without_words_nobody_overtakes_the_cyclists(shown):
 
 
 @pytest.mark.slow
-def test_with_a_passenger_s_words_the_ego_overtakes_the_cyclists_once(shown):
+def test_demo_guided_ego_overtakes_cyclists_once(shown):
+    """With the passenger's guidance, the ego overtakes the cyclists once."""
     log = shown(CYCLISTS, GUIDED, oncoming=3, road="one_lane")  # as above: one drive does for both tests
     assert (log.result.status, log.result.plans_accepted, log.result.infractions) == ("Completed", 1, {})
     (decided,) = accepted(log)
@@ -194,7 +201,8 @@ def test_oncoming_cars_are_let_by_before_their_lane_is_borrowed(shown):
 
 
 @pytest.mark.release
-def test_a_driver_of_one_s_own_stands_behind_the_parked_car_alone_and_gets_past_with_help(shown):
+def test_demo_user_driver_needs_solver_to_pass_parked_car(shown):
+    """A driver of the user's stays behind the parked car alone, and passes it with the solver."""
     own = {"driver": "examples.own_driver:PurePursuit"}
     alone, helped = shown(arm=ALONE, **own), shown(**own)
     assert (alone.driver, helped.driver) == (own["driver"],) * 2
@@ -204,7 +212,8 @@ def test_a_driver_of_one_s_own_stands_behind_the_parked_car_alone_and_gets_past_
     assert not [kind for log in (alone, helped) for kind in log.result.infractions if kind.startswith("collision")]
 
 
-def test_a_server_that_runs_already_is_used_and_left_on_its_own_clock(slow_elsewhere):
+def test_demo_running_server_is_used_and_keeps_clock(slow_elsewhere):
+    """A server that runs already is used and keeps its own clock afterwards."""
     log, own_clock = slow_elsewhere
     assert log.result.status == "Completed"
     assert own_clock
@@ -217,7 +226,8 @@ def test_what_cannot_be_shown_is_told_before_anything_is_driven(tmp_path: Path):
         demo(DemoSpec(map_name="motorway", road="one_lane", out=tmp_path), lambda _: None)
 
 
-def test_a_driver_that_is_none_is_told_before_anything_is_driven(tmp_path: Path):
+def test_demo_invalid_driver_fails_before_any_run(tmp_path: Path):
+    """A driver that does not exist is reported before any run."""
     with pytest.raises(SystemSpecError, match=r"examples\.own_driver"):
         demo(DemoSpec(driver="examples.own_driver:Missing", out=tmp_path), lambda _: None)
 
@@ -225,7 +235,7 @@ def test_a_driver_that_is_none_is_told_before_anything_is_driven(tmp_path: Path)
 def test_a_drive_that_fails_is_told_with_its_reason(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     lines = ["class Quits:", "    def __init__(self, vehicle, carla_map): ...", "    def set_route(self, route): ..."]
     lines += ["    def run_step(self):", "        raise ValueError('my own mistake')"]
-    (tmp_path / "agent_that_quits.py").write_text("\n".join(lines))
+    (tmp_path / "agent_that_quits.py").write_text("\n".join(lines), encoding="utf-8")
     monkeypatch.syspath_prepend(tmp_path)
     with pytest.raises(RunError, match="my own mistake"):
         demo(DemoSpec(driver="agent_that_quits:Quits", out=tmp_path / "out"), lambda _: None)

@@ -33,31 +33,33 @@ def test_folders_are_made_and_the_text_is_there(tmp_path: Path) -> None:
     assert os.listdir(path.parent) == ["log.json"]
 
 
-def test_a_file_is_replaced_in_one_go_and_may_be_read_by_whom_the_umask_lets(tmp_path: Path) -> None:
+def test_write_text_replaces_atomically_with_umask_permissions(tmp_path: Path) -> None:
+    """A file is replaced in one step, and its permissions follow the umask."""
     path = tmp_path / "log.json"
-    path.write_text("old")
+    path.write_text("old", encoding="utf-8")
     with path.open() as before:
         mask = os.umask(0o022)
         write_text(path, "new")
         os.umask(mask)
-        assert (before.read(), path.read_text()) == ("old", "new")
+        assert (before.read(), path.read_text(encoding="utf-8")) == ("old", "new")
     assert path.stat().st_mode & 0o777 == 0o644
 
 
 def test_a_full_disk_is_told_and_the_old_file_kept(tmp_path: Path) -> None:
     path = tmp_path / "log.json"
-    path.write_text("old")
+    path.write_text("old", encoding="utf-8")
     with pytest.raises(OutputError) as told, full_disk():
         write_text(path, PLENTY)
     assert str(path) in str(told.value) and "File too large" in str(told.value)
-    assert path.read_text() == "old"
+    assert path.read_text(encoding="utf-8") == "old"
     assert os.listdir(tmp_path) == ["log.json"]
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
-def test_a_folder_without_permission_is_told_and_the_old_file_kept(tmp_path: Path) -> None:
+def test_write_text_without_permission_keeps_old_file(tmp_path: Path) -> None:
+    """A folder without write permission is reported, and the old file stays."""
     path = tmp_path / "log.json"
-    path.write_text("old")
+    path.write_text("old", encoding="utf-8")
     tmp_path.chmod(0o500)
     try:
         with pytest.raises(OutputError, match="Permission denied"):
@@ -66,20 +68,21 @@ def test_a_folder_without_permission_is_told_and_the_old_file_kept(tmp_path: Pat
             require_writable(tmp_path)
     finally:
         tmp_path.chmod(0o700)
-    assert path.read_text() == "old"
+    assert path.read_text(encoding="utf-8") == "old"
 
 
 def test_a_file_where_a_folder_should_be_is_told(tmp_path: Path) -> None:
-    (tmp_path / "out").write_text("I am a file")
+    (tmp_path / "out").write_text("I am a file", encoding="utf-8")
     path = tmp_path / "out" / "log.json"
     for attempt in (lambda: write_text(path, "new"), lambda: require_writable(path.parent)):
         with pytest.raises(OutputError) as told:
             attempt()
         assert str(tmp_path / "out") in str(told.value)
-    assert (tmp_path / "out").read_text() == "I am a file"
+    assert (tmp_path / "out").read_text(encoding="utf-8") == "I am a file"
 
 
-def test_a_folder_where_the_file_should_be_is_told_and_nothing_is_left(tmp_path: Path) -> None:
+def test_write_text_onto_folder_fails_without_leftovers(tmp_path: Path) -> None:
+    """A folder at the path of the file is reported, and no temporary file remains."""
     (tmp_path / "log.json").mkdir()
     with pytest.raises(OutputError, match=r"log\.json"):
         write_text(tmp_path / "log.json", "new")

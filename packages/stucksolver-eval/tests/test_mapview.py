@@ -34,7 +34,8 @@ def area(lane):
 @pytest.mark.integration
 @settings(max_examples=25)
 @given(st.integers(0, len(DRIVING) - 1))
-def test_every_point_of_a_driving_lane_lies_in_a_driving_area(number):
+def test_map_view_driving_lane_points_lie_in_driving_areas(number):
+    """Every point of a driving lane lies in a drawn driving area."""
     point = xy(DRIVING[number])
     view = map_view(DEMO, [point], margin_m=20.0)
     driving = [area(lane) for lane in view.lanes if lane.kind == "driving"]
@@ -42,7 +43,8 @@ def test_every_point_of_a_driving_lane_lies_in_a_driving_area(number):
     assert all(polygon.is_valid for polygon in driving)
 
 
-def test_lanes_of_every_kind_are_as_wide_as_the_map_says():
+def test_map_view_lane_widths_match_map():
+    """Lanes of every kind are as wide as in the map."""
     view = map_view(DEMO, [xy(DEMO.get_waypoint_xodr(11, -1, 100.0))], margin_m=30.0)
     widths = {lane.kind: area(lane).area / shapely.LineString(lane.left).length for lane in view.lanes}
     assert widths == pytest.approx({"driving": 3.5, "shoulder": 0.5, "sidewalk": 2.5}, abs=0.05)

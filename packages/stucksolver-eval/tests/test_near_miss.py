@@ -32,7 +32,8 @@ def test_a_gap_below_0_3_m_beside_us_is_one(gap, is_one):
 
 @pytest.mark.parametrize(("ttc_s", "is_one"), [(1.05, False), (0.95, True), (0.5, True)])
 @pytest.mark.parametrize("closing_mps", [2.0, 8.0, 30.0])
-def test_contact_less_than_1_s_ahead_is_one_at_any_speed(ttc_s, closing_mps, is_one):
+def test_near_miss_ttc_below_1_s_counts_at_any_speed(ttc_s, closing_mps, is_one):
+    """A predicted contact in less than 1 s is a near miss at any speed."""
     assert near(4.4 + closing_mps * ttc_s, 0.0, mps=(5.0 - closing_mps, 0.0001 + 0.2)) is is_one
 
 
@@ -45,7 +46,8 @@ def test_who_opens_the_gap_is_none():
     assert not near(4.4 + 0.5, 0.0, mps=(9.0, 0.0))
 
 
-def test_who_crosses_behind_us_before_we_are_gone_is_one_and_after_is_none():
+def test_near_miss_crossing_behind_counts_only_before_ego_leaves():
+    """A vehicle that crosses behind the ego is a near miss only if the ego does not leave in time."""
     assert near(0.0, -8.0, mps=(0.0, 9.0), yaw=math.pi / 2, ego_mps=(0.0, 0.0))
     assert not near(0.0, -8.0, mps=(0.0, 9.0), yaw=math.pi / 2, ego_mps=(12.0, 0.0))
 
@@ -59,7 +61,8 @@ PLACE, YAW, SPEED = st.floats(-30, 30), st.floats(-4, 4), st.floats(-20, 20)
 
 
 @given(PLACE, PLACE, YAW, YAW, SPEED, SPEED)
-def test_the_time_to_contact_is_that_at_which_the_boxes_first_touch(x, y, yaw, ego_yaw, vx, vy):
+def test_time_to_contact_is_first_touch_of_boxes(x, y, yaw, ego_yaw, vx, vy):
+    """The time to contact is the time at which the boxes first touch."""
     found = float(time_to_contact((0, 0, ego_yaw), EGO_HALF, (x, y, yaw), CAR_HALF, (vx, vy)))
     times = np.arange(0.0, 3.0, 0.004)
     gaps = separation((0, 0, ego_yaw), EGO_HALF, (x + vx * times, y + vy * times, yaw), CAR_HALF)
@@ -81,6 +84,6 @@ def test_many_at_once_are_each_as_alone():
 
 def test_nobody_else_defines_one():
     """Whoever speaks of near misses takes them from the one place."""
-    sources = {path: path.read_text() for path in Path(stucksolver_eval.__path__[0]).rglob("*.py")}
+    sources = {path: path.read_text(encoding="utf-8") for path in Path(stucksolver_eval.__path__[0]).rglob("*.py")}
     makers = [path.name for path, text in sources.items() if 'kind="near_miss"' in text]
     assert makers == ["near_miss.py"]

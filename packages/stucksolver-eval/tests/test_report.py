@@ -220,9 +220,10 @@ def test_folders_are_made_and_nothing_else_is_left(tmp_path):
 
 
 @pytest.mark.integration
-def test_a_failed_write_names_path_and_remedy_and_keeps_the_old_report(tmp_path):
+def test_report_failed_write_names_remedy_and_keeps_old_report(tmp_path):
+    """A failed write names the path and the remedy, and keeps the old report."""
     path = tmp_path / "report.html"
-    path.write_text("the old report")
+    path.write_text("the old report", encoding="utf-8")
     code = f"""
 import resource, signal, sys
 sys.path.insert(0, {str(Path(__file__).parent)!r})
@@ -238,12 +239,12 @@ except ReportError as error:
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert f"cannot write report: {path}" in result.stdout
     assert "free that much space" in result.stdout
-    assert path.read_text() == "the old report"
+    assert path.read_text(encoding="utf-8") == "the old report"
     assert [entry.name for entry in tmp_path.iterdir()] == ["report.html"]
 
 
 def test_an_impossible_folder_is_reported(tmp_path):
-    (tmp_path / "file").write_text("")
+    (tmp_path / "file").write_text("", encoding="utf-8")
     with pytest.raises(ReportError, match="cannot write report"):
         write_report([run_log()], tmp_path / "file" / "report.html", "Runs", [])
 
@@ -309,5 +310,6 @@ def test_four_long_busy_runs_stay_small(tmp_path):
     assert (tmp_path / "report.html").stat().st_size < 6_000_000
 
 
-def test_the_page_knows_the_words_that_a_drive_that_succeeded_ends_with():
+def test_report_page_knows_statuses_of_successful_runs():
+    """The page contains the status texts of successful runs."""
     assert f'["{COMPLETED}", "{PERFECT}"].includes(status)' in (ASSETS / "palette.js").read_text(encoding="utf-8")

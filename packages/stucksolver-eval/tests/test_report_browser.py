@@ -116,7 +116,8 @@ def test_the_controls_stay_in_sight_while_the_decisions_are_read(look, place):
     assert bar is not None and bar["y"] >= 0.0 and bar["height"] < 100.0
 
 
-def test_space_plays_and_the_arrows_step_and_the_slider_says_what_it_shows(look):
+def test_replay_keys_play_step_and_label_slider(look):
+    """The space key plays, the arrow keys step, and the slider has a text for what it shows."""
     page = look("replay")
     time, play = page.locator("input[type=range]"), page.locator(".play")
     page.keyboard.press("ArrowRight")
@@ -135,7 +136,8 @@ def test_space_plays_and_the_arrows_step_and_the_slider_says_what_it_shows(look)
     expect(play).to_have_text("Pause")
 
 
-def test_the_folded_line_says_why_it_waited_and_for_whom_next(look):
+def test_decision_group_summary_names_wait_reasons_in_order(look):
+    """The folded line gives the reasons for waiting and names each vehicle once."""
     line = look("replay").locator(".group > summary").inner_text()
     assert "6 × wait" in line and "nothing to do" not in line
     assert "car 11 in the oncoming lane, 30 m ahead" in line and "then car 12 in the oncoming lane" in line
@@ -148,7 +150,8 @@ def test_a_decision_shows_what_the_camera_saw(look):
     assert picture.count() == 1 and picture.evaluate("async (one) => { await one.decode(); return one.naturalWidth; }")
 
 
-def test_without_frames_there_is_nothing_to_play_and_the_decisions_are_all_there(look):
+def test_report_without_frames_has_no_player_but_all_decisions(look):
+    """A report without frames has no player and shows all decisions."""
     page = look("decisions")
     assert page.locator(".transport, canvas").count() == 0
     assert page.locator(".card").count() == 7

@@ -51,7 +51,8 @@ def test_two_of_them_do_not_meet() -> None:
         assert abs(one.port - other.port) > 1
 
 
-def test_a_world_that_stands_begins_with_its_first_tick_however_late_that_comes() -> None:
+def test_server_stopped_world_starts_with_first_tick() -> None:
+    """A stopped world begins with its first tick, however late the tick comes."""
     with carlette_server("demo_town", stands=True) as server:
         world = connect(server, 60.0).get_world()
         time.sleep(0.5)
@@ -61,7 +62,8 @@ def test_a_world_that_stands_begins_with_its_first_tick_however_late_that_comes(
         assert world.get_snapshot().timestamp.elapsed_seconds == pytest.approx(0.15)
 
 
-def test_a_map_that_is_not_there_is_told_in_its_own_words(tmp_path: Path) -> None:
+def test_server_missing_map_error_is_forwarded_in_one_line(tmp_path: Path) -> None:
+    """The error for a missing map is the server's own text, in one line and without a prefix."""
     with pytest.raises(ServerError) as told, carlette_server("Nowhere", maps=str(tmp_path)):
         pass
     message = str(told.value)
@@ -80,7 +82,7 @@ def test_a_server_that_died_is_noticed() -> None:
 
 def test_a_server_that_never_comes_up_is_given_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     asleep = tmp_path / "python"
-    asleep.write_text("#!/bin/sh\nexec sleep 600\n")
+    asleep.write_text("#!/bin/sh\nexec sleep 600\n", encoding="utf-8")
     asleep.chmod(asleep.stat().st_mode | stat.S_IXUSR)
     monkeypatch.setattr(servers, "sys", SimpleNamespace(executable=str(asleep)))
     monkeypatch.setattr(servers, "START_LIMIT_S", 0.3)
@@ -101,7 +103,8 @@ def test_a_server_that_warns_a_lot_goes_on() -> None:
         assert answered == 1000
 
 
-def test_a_server_elsewhere_is_looked_for_before_the_client_waits_for_it() -> None:
+def test_remote_server_is_probed_before_client_waits() -> None:
+    """A remote server is probed first, so that a closed port is an error at once."""
     with socket.create_server(("127.0.0.1", 0)) as there:
         port = int(there.getsockname()[1])
         server = remote_server("127.0.0.1", port)
@@ -114,7 +117,8 @@ def test_a_server_elsewhere_is_looked_for_before_the_client_waits_for_it() -> No
 
 
 @pytest.mark.parametrize("beyond", (-65536, 0, 65536))
-def test_a_port_that_there_is_not_is_never_taken_for_another(beyond: int) -> None:
+def test_remote_server_invalid_port_is_rejected(beyond: int) -> None:
+    """A port outside 1 to 65535 is rejected and never reduced to another port."""
     with socket.create_server(("127.0.0.1", 0)) as there:
         port = int(there.getsockname()[1]) + beyond if beyond else 0
         with pytest.raises(ServerError, match=f"{port}: a port is a number from 1 to 65535"):

@@ -101,7 +101,8 @@ def test_streets_of_one_direction_are_apart():
             assert apart_m >= 40 or street.obstacle.lane_id != other.obstacle.lane_id
 
 
-def test_a_map_without_a_fitting_place_is_named_with_a_remedy():
+def test_streets_unsuitable_map_is_named_with_remedy():
+    """A map without a suitable street is named, with the number of searched lanes and a remedy."""
     with pytest.raises(StreetError, match=r"map Town01\. Searched 36 lanes .* use another map"):
         find_streets(load("Town01"), "multi_lane", seed=0)
 

@@ -41,7 +41,8 @@ def test_what_fits_has_a_row_for_each_run():
     assert [line.split()[0] for line in lines[2:]] == ["alone", "rules"]
 
 
-def test_a_part_of_a_run_stands_with_it_in_brackets_where_the_table_is_turned():
+def test_table_turned_shows_part_of_run_in_brackets():
+    """In a table that is turned for width, a part of a run follows its value in brackets."""
     wide = "driver + something with a very long name indeed"
     text = table(HEAD, [(wide, "80.1", "50", "–", "–"), ("  corrected", "70.2", "", "", "")], 60)
     assert re.search(r"Score +80\.1 \(corrected 70\.2\)", text)

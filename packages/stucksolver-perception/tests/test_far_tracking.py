@@ -93,14 +93,16 @@ def test_the_rate_of_who_comes_is_soon_known() -> None:
     assert track.range_m == pytest.approx(105.0, rel=0.03)
 
 
-def test_who_stands_has_no_rate_however_quickly_the_ego_comes_nearer() -> None:
+def test_far_tracker_stationary_vehicle_has_no_rate_while_approached() -> None:
+    """A stationary vehicle has no rate, however fast the ego approaches."""
     (track,) = followed(lambda t: 150.0 - 20.0 * t, 3.0, speed=20.0)[1]
     assert track.rate_mps == pytest.approx(0.0, abs=1.5)
     assert track.x_m == pytest.approx(150.0 * np.cos(0.05) + CAMERA.mount.x_m, rel=0.03)
 
 
 @pytest.mark.parametrize("share", [0.85, 1.0, 1.15])
-def test_a_range_that_is_always_wrong_alike_stays_within_what_is_told(share: float) -> None:
+def test_far_tracker_biased_range_stays_within_reported_error(share: float) -> None:
+    """A range with a constant bias stays within the reported error."""
     (track,) = followed(lambda t: share * (120.0 - 10.0 * t), 4.0)[1]
     assert abs(track.range_m - 80.0) < 2.0 * track.range_sd_m
     assert abs(track.rate_mps + 10.0) < 2.0 * track.rate_sd_mps
@@ -130,21 +132,26 @@ def test_what_the_lidar_follows_is_not_followed_twice() -> None:
         assert tracker.tracks(k * PICTURE_S, known) == ()
 
 
-def test_a_track_ends_when_the_lidar_finds_the_vehicle_even_between_pictures() -> None:
+def test_far_track_ends_when_lidar_detects_vehicle() -> None:
+    """A track ends when the LiDAR detects the vehicle, even between images."""
     tracker, told = followed(lambda t: 80.0 - 10.0 * t, 2.0)
     assert len(told) == 1
     assert tracker.tracks(2.1, (lidar(58.0, 3.0, 2.1),)) == ()
     assert tracker.tracks(2.1, ()) == ()
 
 
-def test_a_track_stays_until_the_lidar_has_followed_its_vehicle_for_a_second() -> None:
-    """At the edge of its grid the LiDAR takes a car at 20 m/s for one at 10 m/s."""
+def test_far_track_stays_until_lidar_track_is_confirmed() -> None:
+    """A track stays until the LiDAR has tracked its vehicle for a second.
+
+    At the edge of its grid, the LiDAR measures 10 m/s for a car at 20 m/s.
+    """
     tracker, (track,) = followed(lambda t: 80.0 - 10.0 * t, 2.0)
     new = (lidar(58.0, 3.0, 2.1, hits=HANDED_HITS - 1),)
     assert [item.id for item in tracker.tracks(2.1, new)] == [track.id]
 
 
-def test_what_was_found_in_few_of_the_pictures_is_not_reported() -> None:
+def test_far_tracker_vehicle_in_few_images_is_not_reported() -> None:
+    """A vehicle that was found in few of the images is not reported."""
     tracker = FarTracker(CAMERA, MODEL)
     for k in range(7):
         ranges = (120.0,) if k in (0, 1) else ()
@@ -159,7 +166,8 @@ def test_a_track_ends_when_the_lidar_takes_its_detection() -> None:
     assert track.id not in [item.id for item in tracker.tracks(2.2, known)]
 
 
-def test_a_track_does_not_go_over_to_a_vehicle_in_the_next_lane() -> None:
+def test_far_track_does_not_switch_to_adjacent_lane() -> None:
+    """A track does not go over to a vehicle in the adjacent lane."""
     tracker, (track,) = followed(lambda t: 80.0, 1.0)
     for k in range(1, 4):
         t = 1.0 + k * PICTURE_S
@@ -169,7 +177,8 @@ def test_a_track_does_not_go_over_to_a_vehicle_in_the_next_lane() -> None:
     assert len(told) == 2
 
 
-def test_a_second_vehicle_behind_one_that_the_lidar_follows_stays_followed() -> None:
+def test_far_tracker_vehicle_behind_lidar_track_stays_tracked() -> None:
+    """A second vehicle behind one that the LiDAR tracks stays tracked."""
     tracker = FarTracker(CAMERA, MODEL)
     for k in range(5):
         known = (lidar(61.0, 3.0, k * PICTURE_S),)
@@ -203,8 +212,11 @@ def test_what_is_near_and_people_begin_no_track() -> None:
     assert tracker.tracks(1.0, ()) == ()
 
 
-def test_a_track_that_has_come_near_is_not_reported_and_is_again_when_it_is_far() -> None:
-    """Found on a motorway: a car in the next lane, which the LiDAR tracked elsewhere, ended a pass at 20 m."""
+def test_far_track_near_is_not_reported_and_far_again_is() -> None:
+    """A track that has come near is not reported, and is reported again when it is far.
+
+    Found on a motorway: a car in the adjacent lane, which the LiDAR tracked elsewhere, ended a pass at 20 m.
+    """
     tracker, times = FarTracker(CAMERA, MODEL), np.arange(0.0, 8.0, PICTURE_S)
     ranges = np.interp(times, [0.0, 3.0, 5.0, 8.0], [70.0, 25.0, 25.0, 80.0])
     told = []
@@ -218,8 +230,11 @@ def test_a_track_that_has_come_near_is_not_reported_and_is_again_when_it_is_far(
 
 @pytest.mark.parametrize("noise", [0.0, 0.005, 0.02])
 @pytest.mark.parametrize("seed", range(4))
-def test_who_stands_far_ahead_of_a_standing_ego_is_known_to_and_is_believed_to_come_as_soon_as_it_does(noise, seed):
-    """Found beside a parked van: a car that waited at 125 m was told to come at 7 m/s, as long as it stood there."""
+def test_far_tracker_stopped_vehicle_is_reported_stopped_then_approaching(noise, seed):
+    """A vehicle far ahead of a stopped ego is reported as stopped, and as approaching as soon as it does.
+
+    Found beside a parked van: a car that waited at 125 m was reported as approaching at 7 m/s while it was stopped.
+    """
     rng, tracker = np.random.default_rng(seed), FarTracker(CAMERA, MODEL)
     quick_mps2, began_s = 2.5, 8.0
     for time_s in np.arange(0.0, 12.0, PICTURE_S):
@@ -264,7 +279,8 @@ def far(range_m: float, sd_m: float = 2.0) -> FarTrack:
     return FarTrack(FIRST_ID, 1.0, 0, 0.9, **at, **rest)
 
 
-def test_a_far_track_ends_where_the_lidar_saw_that_nobody_is_and_nowhere_else() -> None:
+def test_far_track_in_proven_free_space_is_refuted() -> None:
+    """A far track ends where the LiDAR proves free space, and nowhere else."""
     assert is_refuted(far(25.0), free(50.0), pose(1.0))
     assert not is_refuted(far(25.0, sd_m=9.0), free(50.0), pose(1.0)), "it may be further off than the LiDAR sees"
     assert not is_refuted(far(25.0), free(28.0), pose(1.0))

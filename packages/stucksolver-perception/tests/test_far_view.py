@@ -79,7 +79,8 @@ def test_without_a_picture_sight_is_the_lidars() -> None:
     assert view().clear_length_m(LINE, 50.0, 20.0, 1.0) == 50.0
 
 
-def test_a_lane_of_which_the_lidar_sees_little_is_not_seen_on() -> None:
+def test_clear_length_with_little_lidar_sight_is_not_extended() -> None:
+    """A lane of which the LiDAR covers little is not extended by the camera."""
     assert view(1.0).clear_length_m(LINE, 15.0, 20.0, 1.0) == 15.0
 
 
@@ -98,7 +99,8 @@ def test_looks_in_quick_succession_are_one_look() -> None:
     assert view(1.8, 1.9, 2.0, recall=weak).clear_length_m(LINE, 50.0, 20.0, 2.0) == 50.0
 
 
-def test_an_earlier_look_shows_less_of_a_lane_whose_traffic_is_quick() -> None:
+def test_clear_length_earlier_look_is_shorter_for_fast_traffic() -> None:
+    """An earlier look covers less of a lane with fast traffic."""
     weak = model(found=370, again=20)
     slow, quick = (view(1.5, 2.0, recall=weak).clear_length_m(LINE[:120], 50.0, v, 2.0) for v in (5.0, 30.0))
     # Half a second earlier: 12.5 m between the two.
@@ -110,7 +112,8 @@ def test_behind_a_vehicle_nothing_is_seen() -> None:
     assert view(1.0, blockers=bus).clear_length_m(LINE, 30.0, 20.0, 1.0) < 50.0
 
 
-def test_a_vehicle_that_was_found_hides_from_the_nearest_place_where_it_can_be() -> None:
+def test_blocker_of_found_vehicle_is_at_nearest_place() -> None:
+    """A found vehicle occludes from the nearest place where it can be."""
     one = np.array([100.0])
     column = np.array([CAMERA.width_px / 2.0 - CAMERA.focal_px * 3.5 / 100.0])
     found = FarDetections(
@@ -150,21 +153,28 @@ def test_only_looks_that_can_still_count_are_kept() -> None:
     ("height_m", "part", "seen_m"),
     [(1.49, 400, 150.0), (1.49, None, 70.0), (1.49, 280, 70.0), (1.9, 400, 70.0), (None, None, 175.0)],
 )
-def test_over_the_roof_of_a_low_car_the_camera_sees_the_upper_part_of_who_comes(
+def test_clear_length_over_low_car_uses_partly_visible_vehicles(
     height_m: float | None, part: int | None, seen_m: float
 ) -> None:
-    """The LiDAR, a metre higher, saw the first 70 m. Of these the car hides all from 27 m on from the camera."""
+    """Over the roof of a low car, the camera detects the upper part of oncoming vehicles.
+
+    The LiDAR, a meter higher, covered the first 70 m. Of these, the car occludes all from 27 m on from the camera.
+    """
     blockers = NOTHING if height_m is None else ahead(height_m)
     seen = view(1.0, recall=model(part=part), blockers=blockers).clear_length_m(LINE, 70.0, 20.0, 1.0)
     assert seen == pytest.approx(seen_m, abs=4.0)
 
 
-def test_what_the_lidar_did_not_see_behind_the_roof_is_not_skipped() -> None:
+def test_clear_length_behind_roof_needs_lidar_coverage() -> None:
+    """The space behind the roof that the LiDAR did not cover is not skipped."""
     assert view(1.0, recall=model(part=400), blockers=ahead(1.49)).clear_length_m(LINE, 35.0, 20.0, 1.0) < 38.0
 
 
-def test_further_looks_over_the_roof_count_with_the_misses_that_they_repeat() -> None:
-    """With nine in ten found in part, one look is too few."""
+def test_clear_length_over_roof_counts_repeated_misses() -> None:
+    """Further looks over the roof count with the misses that they repeat.
+
+    With nine in ten found in part, one look is too few.
+    """
     once, three, repeated = (
         view(*times, recall=model(part=360, again=again), blockers=ahead(1.49)).clear_length_m(LINE, 70.0, 0.0, 2.0)
         for times, again in (((2.0,), 20), ((1.0, 1.5, 2.0), 20), ((1.0, 1.5, 2.0), 95))

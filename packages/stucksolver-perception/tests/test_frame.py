@@ -36,7 +36,8 @@ def test_a_moment_is_drawn(recording, tmp_path, capsys):
 
 
 @pytest.mark.parametrize("at", ["-1", "1.3", "99", "nan"])
-def test_a_moment_that_was_not_recorded_is_refused_with_those_that_were(recording, tmp_path, capsys, at):
+def test_frame_time_not_recorded_is_rejected_with_range(recording, tmp_path, capsys, at):
+    """A time that was not recorded is rejected with the recorded ones."""
     assert frame(recording, at, tmp_path / "no.png") == 2
     assert f"nothing was recorded at {at} s; choose from 0 to 1.2 s" in capsys.readouterr().err
     assert not (tmp_path / "no.png").exists()
@@ -53,6 +54,6 @@ def test_each_look_has_the_ticks_since_the_look_before(recording):
     assert looks[-1] == [23, 24]
 
 
-def test_words_at_the_edge_do_not_overlap_and_stay_within_it():
+def test_spread_labels_do_not_overlap_and_stay_inside():
     placed = spread([-1.0, 4.0, 4.1, 9.9, 10.0], 1.0, 0.0, 10.0)
     assert placed == pytest.approx([0.0, 4.0, 5.0, 9.0, 10.0])

@@ -67,19 +67,20 @@ def test_an_empty_picture_is_not_believed(health, low, high):
     assert health.faults == ("the camera's picture is black or empty",)
 
 
-def test_a_picture_that_stays_the_same_while_the_car_moves_is_not_believed(health):
+def test_health_same_image_while_moving_is_rejected(health):
     frozen = picture()
     believed = [health.picture(frozen, moves=True) is not None for _ in range(SAME_PICTURES + 3)]
     assert believed == [True] * SAME_PICTURES + [False] * 3
     assert health.faults == ("the camera gives the same picture again and again",)
 
 
-def test_a_picture_that_stays_the_same_while_the_car_stands_is_believed(health):
+def test_health_same_image_while_stopped_is_accepted(health):
     frozen = picture()
     assert all(health.picture(frozen, moves=False) is frozen for _ in range(10 * SAME_PICTURES))
 
 
-def test_pictures_of_a_car_that_stops_and_goes_are_believed_as_long_as_they_change_while_it_goes(health):
+def test_health_images_changing_while_moving_are_accepted(health):
+    """Images of a car that stops and goes are accepted as long as they change while it moves."""
     standing = picture()
     for _ in range(10):
         assert all(health.picture(standing, moves=False) for _ in range(5))
@@ -101,13 +102,14 @@ def test_a_silent_lidar_is_named(health):
     assert health.faults == ("the LiDAR is silent",)
 
 
-def test_a_sparse_sweep_is_not_believed_and_its_points_are_counted(health):
+def test_health_sparse_sweep_is_rejected_with_point_count(health):
+    """A sparse sweep is rejected, and its points are counted."""
     few = sweep(0.5 * FEW_POINTS)
     assert health.sweep(few) is None
     assert health.faults == (f"the LiDAR gives {len(few.points)} points for {CAST} rays",)
 
 
-def test_a_sweep_of_few_points_that_are_still_enough_is_believed(health):
+def test_health_sweep_with_just_enough_points_is_accepted(health):
     enough = sweep(1.1 * FEW_POINTS)
     assert health.sweep(enough) is enough
 
@@ -157,7 +159,8 @@ def test_a_sweep_without_a_return_above_the_road_is_clear(health):
     assert health.sweep(lone) is lone
 
 
-def test_sweeps_of_a_turned_lidar_are_not_believed_until_the_drive_ends(health):
+def test_health_turned_lidar_is_rejected_until_run_ends(health):
+    """Sweeps of a turned LiDAR are rejected until the run ends."""
     health.turned("LiDAR", None)
     assert health.sweep(sweep()) is not None
     health.turned("LiDAR", np.radians(-2.04))
@@ -168,7 +171,8 @@ def test_sweeps_of_a_turned_lidar_are_not_believed_until_the_drive_ends(health):
     assert health.picture(picture(), moves=True) is not None
 
 
-def test_pictures_of_a_turned_camera_are_not_believed_and_those_of_others_are(health):
+def test_health_turned_camera_is_rejected_and_others_are_not(health):
+    """Images of a turned camera are rejected, and those of other sensors are not."""
     health.turned("camera", np.radians(1.97))
     assert health.picture(picture(), moves=True) is None
     assert health.faults == ("the camera seems turned by 2.0 degrees to the left",)

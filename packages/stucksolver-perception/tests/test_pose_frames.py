@@ -20,7 +20,8 @@ def pose(x, y, z, yaw):
     return PoseEstimate(0.0, x, y, z, yaw, 0.0, 0.0, np.eye(4))
 
 
-def test_a_box_to_the_north_of_a_car_that_heads_west_is_on_its_right():
+def test_into_vehicle_box_north_of_west_heading_is_right():
+    """A box to the north of a car that heads west is on its right."""
     west = pose(100.0, 50.0, 4.0, math.pi)
     (box,) = into_vehicle(np.array([[100.0, 60.0, 5.0, 4.5, 2.0, math.pi / 2.0]]), west)
     assert box[:3] == pytest.approx([0.0, -10.0, 1.0])
@@ -29,7 +30,8 @@ def test_a_box_to_the_north_of_a_car_that_heads_west_is_on_its_right():
 
 
 @given(FAR, FAR, YAW, st.tuples(FAR, FAR, FAR, YAW))
-def test_a_box_that_goes_into_the_vehicle_frame_and_back_is_where_it_was(x, y, yaw, row):
+def test_into_vehicle_box_and_back_is_unchanged(x, y, yaw, row):
+    """A box that is moved into the vehicle frame and back is where it was."""
     box = np.array([row])
     (moved,) = into_vehicle(box, pose(x, y, 2.0, yaw))
     c, n = math.cos(yaw), math.sin(yaw)

@@ -83,27 +83,27 @@ def written(folder, ticks, ticks_in_file=3):
     return Recording(folder)
 
 
-def assert_alike(one, other):
+def assert_alike(first, other):
     """Exact but for what is kept in fewer bits."""
-    assert (one.time_s, one.wheel_mps, one.jpeg) == (other.time_s, other.wheel_mps, other.jpeg)
+    assert (first.time_s, first.wheel_mps, first.jpeg) == (other.time_s, other.wheel_mps, other.jpeg)
     for name in ("pose", "imu", "gnss"):
-        np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
-    assert one.sweep.time_s == other.sweep.time_s
-    np.testing.assert_allclose(one.sweep.points[:, :3], other.sweep.points[:, :3], atol=0.00503)
-    np.testing.assert_allclose(one.sweep.points[:, 3], other.sweep.points[:, 3], atol=0.00197)
+        np.testing.assert_array_equal(getattr(first, name), getattr(other, name))
+    assert first.sweep.time_s == other.sweep.time_s
+    np.testing.assert_allclose(first.sweep.points[:, :3], other.sweep.points[:, :3], atol=0.00503)
+    np.testing.assert_allclose(first.sweep.points[:, 3], other.sweep.points[:, 3], atol=0.00197)
     for name in ("actor_id", "kind", "lamps", "doors", "gesture", "shown"):
-        np.testing.assert_array_equal(getattr(one.truth, name), getattr(other.truth, name))
-    np.testing.assert_allclose(one.truth.boxes, other.truth.boxes, rtol=1e-6)
-    assert one.truth.type_id == other.truth.type_id
-    assert (one.instances is None) == (other.instances is None)
+        np.testing.assert_array_equal(getattr(first.truth, name), getattr(other.truth, name))
+    np.testing.assert_allclose(first.truth.boxes, other.truth.boxes, rtol=1e-6)
+    assert first.truth.type_id == other.truth.type_id
+    assert (first.instances is None) == (other.instances is None)
     if other.instances is not None:
-        np.testing.assert_array_equal(one.instances, other.instances)
-    assert (one.lights is None) == (other.lights is None)
-    if one.lights is not None and other.lights is not None:
-        np.testing.assert_array_equal(one.lights.light_id, other.lights.light_id)
-        np.testing.assert_array_equal(one.lights.state, other.lights.state)
-        assert [len(head) for head in one.lights.heads] == [len(head) for head in other.lights.heads]
-        for ours, theirs in zip(one.lights.heads, other.lights.heads, strict=True):
+        np.testing.assert_array_equal(first.instances, other.instances)
+    assert (first.lights is None) == (other.lights is None)
+    if first.lights is not None and other.lights is not None:
+        np.testing.assert_array_equal(first.lights.light_id, other.lights.light_id)
+        np.testing.assert_array_equal(first.lights.state, other.lights.state)
+        assert [len(head) for head in first.lights.heads] == [len(head) for head in other.lights.heads]
+        for ours, theirs in zip(first.lights.heads, other.lights.heads, strict=True):
             np.testing.assert_allclose(ours, theirs, rtol=1e-6)
 
 
@@ -125,20 +125,22 @@ def drive(tmp_path):
     return written(tmp_path / "drives" / "one", [tick(0.05 * k, k, 10, 2, 1, True) for k in range(5)])
 
 
-def test_a_picture_is_read_with_the_size_it_was_drawn_in(drive):
+def test_recording_image_is_read_in_its_size(drive):
     first = next(iter(drive))
     assert first.picture().shape == (9, 16, 3)
     assert tick(0.0, 0, 1, 1, None, False).picture() is None
 
 
-def test_rig_and_notes_come_back_and_stretches_are_in_the_order_of_time(drive):
+def test_recording_keeps_rig_notes_and_order_of_files(drive):
+    """The rig and the notes are read back, and the files are in the order of time."""
     assert drive.rig == RIG
     assert drive.about["town"] == "demo_town"
     assert [file.name for file in drive.files] == ["00000.npz", "00001.npz"]
     assert [item.time_s for item in drive.stretch(drive.files[1])] == pytest.approx([0.15, 0.2])
 
 
-def test_a_drive_that_broke_off_is_read_as_far_as_it_was_written(tmp_path):
+def test_recording_interrupted_is_read_as_far_as_written(tmp_path):
+    """A recording that was interrupted is read as far as it was written."""
     writer = RecordingWriter(tmp_path, RIG, {}, ticks_in_file=2)
     for k in range(3):
         writer.add(tick(0.05 * k, k, 4, 1, None, False))
@@ -146,13 +148,13 @@ def test_a_drive_that_broke_off_is_read_as_far_as_it_was_written(tmp_path):
     assert not list(tmp_path.glob("*.part"))
 
 
-def test_recordings_are_found_beneath_a_folder_or_as_the_folder_itself(drive):
+def test_recordings_are_found_in_subfolders_or_folder_itself(drive):
     assert [recording.folder for recording in recordings(drive.folder.parent.parent)] == [drive.folder]
     assert [recording.folder for recording in recordings(drive.folder)] == [drive.folder]
 
 
 def test_a_folder_without_recordings_is_named_with_the_remedy(tmp_path):
-    with pytest.raises(RecordingError, match=r"there are no recordings here; make some with `stucksolver perception"):
+    with pytest.raises(RecordingError, match=r"there are no recordings here; make some with `python -m lab perception"):
         recordings(tmp_path)
 
 
@@ -165,7 +167,8 @@ def test_a_folder_that_is_no_recording_is_named(tmp_path, text):
 
 
 @pytest.mark.parametrize("version", [0, 1, None])
-def test_a_recording_of_another_version_is_named_with_both_and_the_remedy(drive, version):
+def test_recording_of_other_version_is_rejected_with_remedy(drive, version):
+    """A recording of another version is rejected with both versions and the remedy."""
     file = drive.folder / "drive.json"
     about = json.loads(file.read_text(encoding="utf-8"))
     file.write_text(json.dumps({**about, "version": version}), encoding="utf-8")
@@ -176,7 +179,8 @@ def test_a_recording_of_another_version_is_named_with_both_and_the_remedy(drive,
 @pytest.mark.parametrize(
     ("rig", "told"), [(None, "rig: "), ({**RIG.model_dump(), "gnss_noise_m": "much"}, r"rig\.gnss_noise_m: ")]
 )
-def test_a_recording_with_a_rig_that_cannot_be_read_is_named_with_the_field(drive, rig, told):
+def test_recording_with_invalid_rig_is_rejected_with_field(drive, rig, told):
+    """A recording with a rig that cannot be read is rejected with the name of the field."""
     file = drive.folder / "drive.json"
     about = json.loads(file.read_text(encoding="utf-8"))
     file.write_text(json.dumps({**about, "rig": rig}), encoding="utf-8")

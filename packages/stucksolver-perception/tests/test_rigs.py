@@ -39,7 +39,7 @@ def test_a_file_that_is_not_there_is_named(tmp_path):
         load_rig(tmp_path / "none.toml")
 
 
-def test_a_file_that_is_no_toml_is_named_with_the_place(written):
+def test_load_rig_invalid_toml_is_rejected_with_line(written):
     with pytest.raises(RigError, match=r"mine\.toml: invalid TOML: .*line"):
         load_rig(written("[camera]", "[camera"))
 
@@ -62,14 +62,17 @@ def test_a_field_that_is_missing_or_wrong_is_named(written, old, new, told):
         load_rig(written(old, new))
 
 
-def test_a_rig_of_another_version_is_named_before_its_fields_are(written):
+def test_load_rig_other_version_is_rejected_before_fields(written):
+    """A rig of another version is rejected before its fields are checked."""
     with pytest.raises(RigError, match=r"mine\.toml: version 2 of rig files; this release reads 1"):
         load_rig(written("version = 1", "version = 2\nnew_field = 3"))
     with pytest.raises(RigError, match="version unnamed"):
         load_rig(written("version = 1", ""))
 
 
-def test_yaw_turns_to_the_left_and_pitch_down_and_roll_lifts_the_left_side():
+def test_mount_yaw_is_left_pitch_down_and_roll_left_up():
+    """Yaw turns to the left, pitch turns down, and roll lifts the left side."""
+
     def ahead(**turn):
         return SensorMount(x_m=0.0, y_m=0.0, z_m=0.0, **turn).to_vehicle()[:3, :3] @ [1.0, 0.0, 0.0]
 
@@ -90,7 +93,8 @@ def test_a_mount_turns_and_shifts_and_does_no_more(yaw, pitch, roll):
     assert matrix[:, 3].tolist() == [1.0, 2.0, 3.0, 1.0]
 
 
-def test_what_is_straight_ahead_of_the_lens_is_in_the_middle_and_the_edge_is_half_the_field_of_view_aside():
+def test_project_center_and_edge_match_field_of_view():
+    """A point straight ahead of the lens is in the middle; the edge is half the field of view to the side."""
     camera = RIG.camera
     x, z = camera.mount.x_m + 10.0, camera.mount.z_m
     edge_m = 10.0 * math.tan(math.radians(camera.fov_deg) / 2.0)

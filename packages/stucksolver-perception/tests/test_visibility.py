@@ -49,7 +49,8 @@ def seen(where, x, y):
     return bool(where.is_proven_free(np.array([x]), np.array([y]))[0])
 
 
-def test_an_empty_plain_is_seen_in_all_directions_as_far_as_the_ground_sends_rays_back():
+def test_free_space_empty_plain_reaches_last_ground_return():
+    """An empty plain is free in all directions as far as the ground returns rays."""
     free = space(dropped=0.45)
     angle = np.linspace(-3.1, 3.1, 100)
     for distance in (5.0, 10.0, 20.0, 40.0):
@@ -80,9 +81,11 @@ def test_a_van_hides_what_stands_behind_it_and_nothing_beside():
 @pytest.mark.parametrize("lower", [0.4, 0.5, 1.0, 3.0])
 @pytest.mark.parametrize("slope", [0.0, 0.05, -0.05])
 @pytest.mark.parametrize("side", [1.0, -1.0])
-def test_a_road_that_is_higher_than_the_land_beside_it_is_seen_along_both_ways(lower, slope, side):
-    """Found on a narrow road: the field counted as the ground, and the road behind the ego as something half a metre
-    high that hides what is beyond. The ego never backed up.
+def test_free_space_raised_road_is_visible_both_ways(lower, slope, side):
+    """A road that is higher than the land beside it is visible ahead and behind.
+
+    Found on a narrow road: the field counted as the ground, and the road behind the ego as an obstacle of 0.5 m
+    that occludes the space beyond. The ego never backed up.
     """
     right, left = sorted((-1.8 * side, 5.0 * side))
     free = space(road=(right, left, lower), slope=slope, dropped=0.45)
@@ -94,7 +97,8 @@ def test_a_road_that_is_higher_than_the_land_beside_it_is_seen_along_both_ways(l
     assert not seen(taken, way * 24.0, 0.0)
 
 
-def test_over_a_low_thing_one_sees_and_under_a_bridge_too():
+def test_free_space_low_object_and_bridge_do_not_occlude():
+    """The space beyond a low object and below a bridge is visible."""
     assert space((15.0, 0.0, 0.2, 0.2, 0.6)).free_length_along_m(AHEAD, bridge_m=4.0) > 40.0
     points = cast()
     bridge = np.array([[30.0, y, z] for y in np.arange(-8, 8, 0.2) for z in (4.5, 5.0)])
@@ -118,7 +122,8 @@ def test_the_middle_of_a_vehicle_is_never_called_free(distance, angle, height, s
 @pytest.mark.integration
 @settings(max_examples=25, deadline=None)
 @given(st.floats(6.0, 40.0), st.floats(-20.0, 20.0), st.floats(0.3, 2.5), st.integers(0, 9))
-def test_one_more_thing_never_shows_more_of_the_space_behind_it(x, y, height, seed):
+def test_free_space_added_object_never_extends_it(x, y, height, seed):
+    """One more object never extends the free space behind it."""
     beyond = np.linspace(1.05, 1.6, 12)
     with_it = space((x, y, 0.8, 0.8, height), dropped=0.3, seed=seed).is_proven_free(x * beyond, y * beyond)
     without = space(dropped=0.0, seed=seed).is_proven_free(x * beyond, y * beyond)
@@ -133,7 +138,8 @@ def test_a_line_is_never_seen_for_longer_than_it_is(corners):
     assert 0.0 <= FREE.free_length_along_m(line) <= length + 1e-9
 
 
-def test_the_camera_lengthens_sight_ahead_but_not_through_what_the_lidar_found():
+def test_free_space_camera_extends_except_behind_lidar_objects():
+    """The camera extends sight ahead, but not through objects that the LiDAR measured."""
     cone = np.radians([-30.0, 0.0, 30.0])
     assert space().extended(cone, np.full(3, 160.0)).free_length_along_m(
         np.array([[0.0, 0.0], [200.0, 0.0]])
@@ -150,7 +156,8 @@ def test_the_camera_lengthens_sight_ahead_but_not_through_what_the_lidar_found()
 FREE = space()
 
 
-def test_what_is_tall_and_comes_from_no_known_body_is_told_apart():
+def test_blocked_otherwise_excludes_tall_known_objects():
+    """Tall returns that come from no known object are distinguished."""
     van, wall = (15.0, 0.0, 2.5, 1.0, 2.0), (15.0, 12.0, 2.5, 1.0, 2.0)
     both = space(van, wall)
     ahead, aside = (int((angle + math.pi) / math.tau * 360) for angle in (0.01, math.atan2(12.0, 13.0)))

@@ -81,7 +81,8 @@ def seen(
     return VisibleParts(tick, RIG, box).get(0, windows.rectangle[0])
 
 
-def test_rear_lamps_are_seen_from_behind_and_brake_lamps_not_from_ahead() -> None:
+def test_visible_lamps_rear_from_behind_and_brake_not_ahead() -> None:
+    """Rear lamps are visible from behind, and brake lamps are not visible from ahead."""
     behind = seen(lamps=BRAKE | LEFT).lamps
     assert (behind["brake_lights"], behind["left_blinker"], behind["right_blinker"]) == (True, True, False)
     ahead = seen(yaw=np.pi, lamps=BRAKE | RIGHT).lamps
@@ -112,7 +113,8 @@ def test_an_open_door_is_seen_from_behind(doors: int, expected: bool) -> None:
     assert seen(doors=doors, wide_px=wide).lamps["door_open"] is expected
 
 
-def test_an_open_door_on_the_far_side_leaves_the_state_unknown() -> None:
+def test_visible_door_on_far_side_is_unknown() -> None:
+    """An open door on the far side leaves the state unknown."""
     # Its left side is towards the camera.
     told = seen(yaw=np.pi / 2, doors=FRONT_RIGHT)
     assert "door_open" not in told.lamps
@@ -157,7 +159,8 @@ def test_a_flaggers_gesture_is_seen_if_its_paddle_is() -> None:
     assert seen(kind=ObjectKind.PEDESTRIAN).is_flagger is False
 
 
-def test_a_flagger_without_a_paddle_is_seen_as_such_if_nothing_hides_where_it_would_be() -> None:
+def test_visible_flagger_without_paddle_needs_unoccluded_place() -> None:
+    """A flagger without a paddle is labeled so only if nothing occludes the place of the paddle."""
     flagger = ObjectKind.FLAGGER
     assert seen(kind=flagger, gesture=Gesture.NONE).gesture is Gesture.NONE
     assert seen(kind=flagger, gesture=Gesture.NONE, before=(0.9, 2.18)).gesture is Gesture.NONE

@@ -29,47 +29,55 @@ FAR = (
 )
 
 
-def mirrored(seen: Surroundings) -> Surroundings:
+def mirrored(surroundings: Surroundings) -> Surroundings:
     """Left for right, along the local x axis."""
 
-    def other(one: TrackedObject) -> TrackedObject:
-        return one.model_copy(update={"y_m": -one.y_m, "yaw_rad": -one.yaw_rad, "vy_mps": -one.vy_mps})
+    def other(obj: TrackedObject) -> TrackedObject:
+        return obj.model_copy(update={"y_m": -obj.y_m, "yaw_rad": -obj.yaw_rad, "vy_mps": -obj.vy_mps})
 
-    road = seen.road
+    road = surroundings.road
     lanes = tuple(s.model_copy(update={"offset_m": tuple(-o for o in s.offset_m)}) for s in road.lanes)
     reference = tuple((x, -y) for x, y in road.reference)
     mirror: RoadGeometry = road.model_copy(
         update={"key": f"{road.key} mirrored", "reference": reference, "lanes": lanes}
     )
-    ego = seen.ego.model_copy(update={"y_m": -seen.ego.y_m, "yaw_rad": -seen.ego.yaw_rad})
-    return seen.model_copy(update={"ego": ego, "objects": tuple(map(other, seen.objects)), "road": mirror})
+    ego = surroundings.ego.model_copy(update={"y_m": -surroundings.ego.y_m, "yaw_rad": -surroundings.ego.yaw_rad})
+    return surroundings.model_copy(
+        update={"ego": ego, "objects": tuple(map(other, surroundings.objects)), "road": mirror}
+    )
 
 
-def turned(seen: Surroundings) -> Surroundings:
+def turned(surroundings: Surroundings) -> Surroundings:
     """The same with another origin and other axes."""
     cos, sin = math.cos(TURNED_RAD), math.sin(TURNED_RAD)
 
     def place(x: float, y: float) -> tuple[float, float]:
         return cos * x - sin * y + MOVED_M[0], sin * x + cos * y + MOVED_M[1]
 
-    def other(one: TrackedObject) -> TrackedObject:
-        x, y = place(one.x_m, one.y_m)
-        vx, vy = cos * one.vx_mps - sin * one.vy_mps, sin * one.vx_mps + cos * one.vy_mps
-        yaw = one.yaw_rad + TURNED_RAD
-        return one.model_copy(update={"x_m": x, "y_m": y, "vx_mps": vx, "vy_mps": vy, "yaw_rad": yaw})
+    def other(obj: TrackedObject) -> TrackedObject:
+        x, y = place(obj.x_m, obj.y_m)
+        vx, vy = cos * obj.vx_mps - sin * obj.vy_mps, sin * obj.vx_mps + cos * obj.vy_mps
+        yaw = obj.yaw_rad + TURNED_RAD
+        return obj.model_copy(update={"x_m": x, "y_m": y, "vx_mps": vx, "vy_mps": vy, "yaw_rad": yaw})
 
-    x, y = place(seen.ego.x_m, seen.ego.y_m)
-    ego = seen.ego.model_copy(update={"x_m": x, "y_m": y, "yaw_rad": seen.ego.yaw_rad + TURNED_RAD})
-    reference = tuple(place(*point) for point in seen.road.reference)
-    road = seen.road.model_copy(update={"key": f"{seen.road.key} turned", "reference": reference})
-    return seen.model_copy(update={"ego": ego, "objects": tuple(map(other, seen.objects)), "road": road})
+    x, y = place(surroundings.ego.x_m, surroundings.ego.y_m)
+    ego = surroundings.ego.model_copy(update={"x_m": x, "y_m": y, "yaw_rad": surroundings.ego.yaw_rad + TURNED_RAD})
+    reference = tuple(place(*point) for point in surroundings.road.reference)
+    road = surroundings.road.model_copy(update={"key": f"{surroundings.road.key} turned", "reference": reference})
+    return surroundings.model_copy(
+        update={"ego": ego, "objects": tuple(map(other, surroundings.objects)), "road": road}
+    )
 
 
-def shuffled(seen: Surroundings) -> Surroundings:
+def shuffled(surroundings: Surroundings) -> Surroundings:
     """Listed the other way round, between others who are far from everything."""
-    objects = (FAR[0], *reversed(seen.objects), FAR[1])
-    road = seen.road.model_copy(update={"zones": tuple(reversed(seen.road.zones)), "key": f"{seen.road.key} shuffled"})
-    return seen.model_copy(update={"objects": objects, "controls": tuple(reversed(seen.controls)), "road": road})
+    objects = (FAR[0], *reversed(surroundings.objects), FAR[1])
+    road = surroundings.road.model_copy(
+        update={"zones": tuple(reversed(surroundings.road.zones)), "key": f"{surroundings.road.key} shuffled"}
+    )
+    return surroundings.model_copy(
+        update={"objects": objects, "controls": tuple(reversed(surroundings.controls)), "road": road}
+    )
 
 
 NOT_LAID_OUT = {RejectCode.NO_PATH, RejectCode.STALE, RejectCode.IMPLAUSIBLE, RejectCode.APPROVAL}
@@ -96,14 +104,14 @@ class Judge(Guard):
         return self.given
 
 
-def differs(name: str, one: Verdict, other: Verdict) -> str:
+def differs(name: str, first: Verdict, other: Verdict) -> str:
     """How two verdicts differ, empty if they do not. In another order somebody else may be named for the same."""
-    ours, theirs = ({r.code for r in v.rejects} for v in (one, other))
-    if ours != theirs or one.abort is not other.abort:
-        return f"{name}: {one} {one.abort} / {other} {other.abort}"
-    if name == "shuffled" or one.brake_mps2 != pytest.approx(other.brake_mps2, abs=ALIKE):
-        return "" if one.brake_mps2 == pytest.approx(other.brake_mps2, abs=ALIKE) else f"{name}: brakes otherwise"
-    for a, b in zip(one.rejects, other.rejects, strict=True):
+    ours, theirs = ({r.code for r in v.rejects} for v in (first, other))
+    if ours != theirs or first.abort is not other.abort:
+        return f"{name}: {first} {first.abort} / {other} {other.abort}"
+    if name == "shuffled" or first.brake_mps2 != pytest.approx(other.brake_mps2, abs=ALIKE):
+        return "" if first.brake_mps2 == pytest.approx(other.brake_mps2, abs=ALIKE) else f"{name}: brakes otherwise"
+    for a, b in zip(first.rejects, other.rejects, strict=True):
         if a.object_id != b.object_id or (a.gap_m, a.time_s) != pytest.approx((b.gap_m, b.time_s), abs=ALIKE):
             return f"{name}: {a} / {b}"
     return ""
@@ -115,8 +123,8 @@ def comparing(every: int = 1) -> Iterator[list[str]]:
     found: list[str] = []
     accepted, known, looks = Guard.accept, Guard.recheck, 0
 
-    def note(name: str, one: Verdict, other: Verdict) -> None:
-        text = differs(name, one, other)
+    def note(name: str, first: Verdict, other: Verdict) -> None:
+        text = differs(name, first, other)
         if text:
             found.append(text)
 

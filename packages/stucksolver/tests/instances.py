@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from hypothesis import strategies as st
 from pydantic import BaseModel
 
-from stucksolver.plan.behaviors import REGISTRY
+from stucksolver.plan.behaviors import REGISTRY, Behavior
 from stucksolver.scene import (
     AvailableBehavior,
     LaneDirection,
@@ -102,4 +102,13 @@ def _offers() -> st.SearchStrategy[AvailableBehavior]:
     return st.builds(AvailableBehavior, name=st.sampled_from(sorted(REGISTRY)), parameters=parameters)
 
 
-SPECIAL = {LaneStrip: lambda: _strips(2), RoadGeometry: _roads, AvailableBehavior: _offers}
+def _behaviors() -> st.SearchStrategy[Behavior]:
+    return st.one_of([model(behavior) for behavior in REGISTRY.values()])
+
+
+SPECIAL = {
+    LaneStrip: lambda: _strips(2),
+    RoadGeometry: _roads,
+    AvailableBehavior: _offers,
+    Behavior: _behaviors,
+}

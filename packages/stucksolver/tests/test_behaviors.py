@@ -153,7 +153,8 @@ def test_what_ends_at_rest_has_gone_as_far_as_asked(name):
     assert world.x - 50.0 == pytest.approx(way, abs=2.0)
 
 
-def test_backing_up_tells_the_stack_to_reverse_along_a_path_behind_it():
+def test_back_up_directives_reverse_along_path_behind():
+    """Backing up sends directives in reverse with a path that ends behind the ego."""
     behavior, world = fresh("back_up")
     _, told = run([behavior], world)
     assert all(isinstance(x, Execute) and x.reverse for x in told)
@@ -168,7 +169,8 @@ def test_driving_over_tells_the_stack_what_not_to_brake_for():
 
 
 @pytest.mark.integration
-def test_back_up_and_go_round_are_proven_one_after_the_other():
+def test_plan_back_up_then_pass_is_driven():
+    """Backing up and a pass are proven one after the other."""
     world = World(TWO_WAY, [thing("lead", 50.0 + 2.45 + 2.3 + 2.0)])
     outcome, told = run([BackUp(distance_m=6.0), CASES["borrow_oncoming_lane"][0]], world)
     assert outcome.finished, outcome.text
@@ -188,7 +190,8 @@ def test_a_wait_ends_when_what_it_waits_for_has_come(until, ends_s):
     assert world.time_s == pytest.approx(ends_s, abs=0.2)
 
 
-def test_a_replan_and_a_call_for_help_are_told_as_what_they_are():
+def test_execution_replan_and_assistance_have_own_directives():
+    """A replan is sent once as `Replan`. A request for assistance is sent as `SafeStop` with its reason."""
     _, told = run([ReplanRoute(route_start="own+40"), Wait(duration_s=1.0)], World(TWO_WAY))
     assert told[0] == Replan(route_start="own+40")
     assert sum(isinstance(x, Replan) for x in told) == 1
@@ -209,7 +212,8 @@ def test_a_call_for_help_ends_when_the_way_is_free():
     assert world.time_s < 4.0
 
 
-def test_the_minimal_risk_condition_is_at_the_roadside_with_hazard_lights_on():
+def test_minimal_risk_plan_pulls_over_with_hazard_lights():
+    """The minimal risk maneuver ends at the roadside with hazard lights on."""
     world = World(TWO_WAY)
     plan = minimal_risk(GUARD, world.view(), "nothing more can be done")
     assert [b.name for b in plan.behaviors] == ["hazard_lights", "pull_over", "request_assistance"]
@@ -219,14 +223,16 @@ def test_the_minimal_risk_condition_is_at_the_roadside_with_hazard_lights_on():
 
 
 @pytest.mark.parametrize("blocked_by", ["a car right ahead", "a junction"])
-def test_where_pulling_over_is_not_safe_the_vehicle_stops_where_it_is(blocked_by):
+def test_minimal_risk_pull_over_unsafe_stops_in_place(blocked_by):
+    """Where pulling over is not safe, the ego stops where it is."""
     zones = (Zone(kind=ZoneKind.JUNCTION, start_m=53.0, end_m=90.0),)
     world = World(TWO_WAY, [thing("lead", 57.5)]) if "car" in blocked_by else World(straight_road(zones=zones))
     plan = minimal_risk(GUARD, world.view(), "nothing more can be done")
     assert [b.name for b in plan.behaviors] == ["hazard_lights", "request_assistance"]
 
 
-def test_asked_to_stop_in_a_junction_it_hands_over_instead_of_standing_there():
+def test_execution_withdrawn_in_junction_does_not_stop_there():
+    """A plan that is withdrawn in a junction is finished, or ends where the ego may stop."""
     zones = (Zone(kind=ZoneKind.JUNCTION, start_m=40.0, end_m=60.0),)
     world = World(straight_road(zones=zones), speed=3.0)
     outcome, _ = run(
@@ -249,7 +255,8 @@ def test_a_pass_ends_behind_what_stands_beyond(room_m):
     assert 1.0 < near - (world.x + 2.45) < 4.0
 
 
-def test_where_there_is_room_a_pass_does_not_end_at_rest():
+def test_pass_with_long_gap_ahead_ends_moving():
+    """A pass does not end at rest if the gap ahead is long enough."""
     behavior, world = fresh("borrow_oncoming_lane")
     world.objects.append(thing("queue", 130.0))
     outcome, _ = run([behavior], world)
@@ -265,8 +272,11 @@ def test_where_it_cannot_come_back_it_is_not_begun():
 
 
 @pytest.mark.parametrize("then", [Wait(duration_s=1.0), Creep(distance_m=5.0), BackUp(distance_m=2.0)])
-def test_what_is_followed_by_something_else_ends_at_rest_and_not_beyond_what_is_proven(then):
-    """4.7 m at 3.8 m/s, 1.5 m before something that stands: a stop that began at the end would lead into it."""
+def test_execution_behavior_before_next_ends_at_rest(then):
+    """A behavior before another one ends at rest, within the proven path.
+
+    4.7 m at 3.8 m/s, 1.5 m before a stopped vehicle: braking that began at the end would lead into it.
+    """
     world = World(TWO_WAY, [thing("lead", 50.0 + 2.45 + 2.3 + 6.2)])
     execution = Execution(RecoveryPlan(behaviors=(KeepLane(distance_m=4.7, speed_mps=3.8), then)), GUARD, guided=False)
     assert execution.start(world.view(), world.time_s).accepted

@@ -66,7 +66,8 @@ def test_recheck_stale_while_giving_way_keeps_braking():
 
 
 @pytest.mark.parametrize("speed_mps", [0.5, 2.0, 4.0, 5.0])
-def test_stopping_soon_in_oncoming_lane_ends_in_own_lane_at_rest(speed_mps):
+def test_stopping_soon_in_oncoming_lane_ends_in_own_lane(speed_mps):
+    """The path ends at rest in the ego's lane and is never faster than the ego was."""
     world, proven = passing(76.0, LANE_M, speed_mps)
     path = GUARD.stopping_soon(proven.path, world.view())
     assert path is not None

@@ -22,8 +22,8 @@ WORLD = World(straight_road(), [thing("lead", 65.0)])
 COMING = thing("coming", 100.0, LANE_M, speed=-10.0)
 
 
-def codes(behaviors, seen):
-    return {r.code for r in GUARD.accept(behaviors, FrenetScene(seen), False)[0].rejects}
+def codes(behaviors, surroundings):
+    return {r.code for r in GUARD.accept(behaviors, FrenetScene(surroundings), False)[0].rejects}
 
 
 def seen(**changes):
@@ -136,7 +136,8 @@ def test_only_a_small_bag_that_lies_there_is_driven_over(change):
 
 
 @pytest.mark.parametrize("field", ["time_s", "speed_mps", "progress_m"])
-def test_a_status_that_is_no_number_starts_nothing_and_ends_nothing_in_an_error(field):
+def test_step_nan_in_status_raises_no_error(field):
+    """A NaN in the status raises no error and leads to no contact."""
     world = World(straight_road(), [thing("lead", 60.0)])
     with StuckSolver(world.scene, clock="lockstep", ladder=stubborn()) as solver:
         for k in range(100):

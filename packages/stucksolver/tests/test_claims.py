@@ -20,8 +20,8 @@ TWO_WAY = straight_road()
 TWO_LANES = straight_road(left=LineKind.BROKEN, oncoming=None)
 
 
-def started(seen):
-    return [e.time_s for e in seen.events if e.kind is EventKind.STARTED]
+def started(result):
+    return [e.time_s for e in result.events if e.kind is EventKind.STARTED]
 
 
 def behind_a_van():
@@ -82,7 +82,8 @@ def over_it(what, words=None):
 
 @pytest.mark.integration
 @pytest.mark.parametrize("words", sample(["that's only a bag", "it's just a plastic bag blowing about"], 1))
-def test_a_doubtful_bag_is_driven_over_once_somebody_says_that_it_is_one(words):
+def test_claim_soft_object_uncertain_bag_is_driven_over(words):
+    """A bag of low confidence is driven over after a person says that it is only a bag."""
     assert not over_it(bag(0.6))
     assert over_it(bag(0.6), {2.0: words})
 
@@ -92,7 +93,8 @@ def test_nothing_else_becomes_a_bag_by_words(kind):
     assert not over_it(bag(0.99, kind), {2.0: "that's only a bag"})
 
 
-def test_a_bag_that_is_hardly_seen_stays_one_whatever_is_said():
+def test_claim_soft_object_very_uncertain_bag_is_avoided():
+    """A bag with a confidence of 0.4 is not driven over, whatever a person says."""
     assert not over_it(bag(0.4), {2.0: "that's only a bag"})
 
 
@@ -135,7 +137,8 @@ def at_red(words, answer=None, seconds=25.0):
 
 
 @pytest.mark.parametrize("words", sample(["that light has been broken for days", "this signal is stuck on red"], 1))
-def test_the_operator_is_asked_at_once_about_a_light_that_is_said_to_be_broken(words):
+def test_claim_broken_light_asks_operator_at_once(words):
+    """The operator is asked at once about a red light that a person calls broken."""
     begun, asked, _ = at_red({5.0: words})
     assert [(q.to, q.needs) for q in asked] == [("operator", ("red_light",))]
     assert asked[0].time_s < 8.0
@@ -157,7 +160,8 @@ def test_a_passenger_can_not_release_a_red_light():
     assert asked and not begun
 
 
-def test_without_words_nobody_is_asked_about_a_light_that_may_still_change():
+def test_red_light_without_claim_asks_no_person():
+    """Without a claim, no person is asked about a light that may still change."""
     assert at_red({}, seconds=60.0)[1] == []
 
 
@@ -194,7 +198,8 @@ def test_that_somebody_waves_us_through_ends_a_stand_off_sooner():
 
 
 @pytest.mark.integration
-def test_a_released_light_is_told_to_the_stack_with_the_path():
+def test_red_light_approved_path_is_marked_over_red():
+    """The path over an approved red light is sent with `over_red`."""
     orders = []
     world = World(straight_road(oncoming=None), controls=(red_light(3.0),), x=60.0, cruise_mps=0.0)
     with StuckSolver(world.scene, clock="lockstep") as solver:
@@ -208,13 +213,15 @@ def test_a_released_light_is_told_to_the_stack_with_the_path():
     assert driven and all(item.over_red for item in driven)
 
 
-def test_an_operator_who_does_not_answer_is_asked_again_only_after_a_while():
+def test_operator_without_answer_is_asked_once_per_minute():
+    """An operator that does not answer is asked again only after a while."""
     _, asked, _ = at_red({5.0: "that light has been broken for days"}, seconds=60.0)
     assert [q.needs for q in asked].count(("red_light",)) == 1
 
 
 @pytest.mark.integration
-def test_help_is_called_where_nobody_answers_about_a_light_that_has_been_red_for_too_long():
+def test_red_light_past_limit_unanswered_requests_assistance():
+    """Remote assistance is requested if no person answers about a light that has been red for too long."""
     world = World(straight_road(oncoming=None), controls=(red_light(3.0),), x=60.0, cruise_mps=0.0)
     told = []
     with StuckSolver(world.scene, clock="lockstep", ladder=ladder("evaluation"), on_event=told.append) as solver:

@@ -62,7 +62,8 @@ def test_lockstep_answers_on_the_next_tick_however_long_it_thinks():
 
 
 @pytest.mark.parametrize(("latency", "dt"), [(0.0, 0.05), (0.02, 0.05), (0.05, 0.05), (0.51, 0.05), (2.0, 0.1)])
-def test_latency_answers_after_that_many_ticks_of_a_world_that_goes_on(latency, dt):
+def test_clock_latency_answers_after_its_ticks(latency, dt):
+    """The answer arrives after as many ticks as the latency takes; the world goes on meanwhile."""
     assert ticks_until_answered(f"latency:{latency}", dt) == max(math.ceil(round(latency / dt, 6)), 1)
 
 
@@ -117,13 +118,13 @@ def test_wall_never_waits_for_a_slow_reasoner():
         assert EventKind.STARTED in [e.kind for e in told]
 
 
-def test_a_live_stack_gets_the_wall_clock_unless_it_says_otherwise():
+def test_clock_of_solver_is_wall_by_default():
     with StuckSolver(World(straight_road()).scene) as solver:
         assert solver.clock.name == "wall"
 
 
 @pytest.mark.parametrize("text", ["", "lock step", "latency", "latency:", "latency:abc", "latency:-1", "wall:1"])
-def test_a_clock_that_does_not_exist_is_refused_with_the_choices(text):
+def test_make_clock_unknown_name_is_rejected_with_choices(text):
     with pytest.raises(ValueError, match="lockstep, latency:SECONDS, latency:measured or wall"):
         make_clock(text)
 

@@ -7,7 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stucksolver.immobilization import Detector, DetectorSettings, Trigger
-from stucksolver.scene import Status
+from stucksolver.scene import LineKind, Status
+from stucksolver.solver import EventKind
+from worlds import World, drive, straight_road
 
 DT = 0.05
 SLOW = 4.9 / 3.6
@@ -26,7 +28,8 @@ def feed(detector, speeds, *, start_s=0.0, start_m=0.0, at_destination=False):
     return answers
 
 
-def test_below_5_km_per_hour_for_a_second_is_immobilized_from_that_tick_on():
+def test_detector_below_5_kmh_for_1_s_fires():
+    """The detector fires after 1 s below 5 km/h, on that tick and on each later one."""
     answers = feed(Detector(), [SLOW] * 40)
     assert answers[:20] == [None] * 20
     assert set(answers[20:]) == {Trigger.SPEED}
@@ -63,7 +66,8 @@ def circling(detector, seconds, gained_m, speed=3.0):
     ]
 
 
-def test_less_than_5_m_in_20_s_is_immobilized_even_while_moving():
+def test_detector_progress_below_5_m_in_20_s_fires():
+    """Less than 5 m of progress in 20 s counts as immobilized even while the ego moves."""
     answers = circling(Detector(), 30.0, gained_m=30.0 * 4.5 / 20.0)
     first = answers.index(Trigger.PROGRESS)
     assert 19.0 <= first * DT <= 21.0
@@ -88,7 +92,8 @@ def test_circling_after_a_standstill_is_noticed_a_window_later():
     assert answers[-1] is Trigger.PROGRESS
 
 
-def test_forgetting_asks_for_a_whole_second_and_a_whole_window_again():
+def test_detector_forget_restarts_both_windows():
+    """After `forget`, the detector needs a whole second and a whole progress window again."""
     detector = Detector()
     feed(detector, [0.0] * 1000)
     detector.forget()
@@ -118,3 +123,21 @@ def test_the_settings_move_the_bounds(bound, dwell):
 def test_settings_that_make_no_sense_are_refused_by_name(name, value):
     with pytest.raises(ValueError, match=name):
         DetectorSettings(**{name: value})
+
+
+def creeps(**options):
+    """What reasoners decide about a vehicle that drives at 7 km/h on a free road."""
+    world = World(straight_road(left=LineKind.BROKEN), speed=7.0 / 3.6, cruise_mps=7.0 / 3.6)
+    return [event for event in drive(world, 6.0, **options).events if event.kind is EventKind.DECIDED]
+
+
+def test_detector_default_settings_leave_a_creeping_vehicle_alone():
+    assert creeps() == []
+
+
+def test_detector_settings_decide_what_reasoners_call_immobilized():
+    """One definition for detector and reasoner: with a threshold of 10 km/h, 7 km/h is not "moving along the route"."""
+    first = creeps(detector=DetectorSettings(v_min_mps=10.0 / 3.6))[0]
+    moving = next(step for step in first.decision.analysis.steps if step.id == "S2.3")
+    assert (moving.answer, first.decision.analysis.immobilized) == (False, True)
+    assert first.scene.ego.immobilized_below_mps == pytest.approx(10.0 / 3.6)

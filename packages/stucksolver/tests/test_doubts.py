@@ -31,8 +31,8 @@ BAG = {"kind": K.BAG, "height": 0.1, "seen_for_s": 5.0, "kind_confidence": 0.95}
 class Pictured(World):
     """A world whose scenes have a picture."""
 
-    def scene(self, seen=None):
-        return super().scene(seen).model_copy(update={"image": PICTURE})
+    def scene(self, surroundings=None):
+        return super().scene(surroundings).model_copy(update={"image": PICTURE})
 
 
 class SeesAnother:
@@ -66,7 +66,8 @@ def observed(*pairs, light=None):
 
 
 @pytest.mark.integration
-def test_a_bag_that_the_model_takes_for_a_rock_is_not_driven_over_and_the_contradiction_is_told():
+def test_drive_over_disputed_object_is_blocked_and_reported():
+    """A bag that the reasoner takes for debris is not driven over, and the disagreement is reported."""
     agrees = drive(street(), 25.0, ladder=stubborn(), reasoner=SeesAnother("it", K.BAG))
     assert agrees.nearest_m < 0.0, "else this shows nothing"
     contradicts = drive(street(), 25.0, ladder=stubborn(), reasoner=SeesAnother("it", K.DEBRIS))
@@ -97,7 +98,8 @@ def test_a_model_that_had_no_picture_contradicts_nothing():
 
 
 @pytest.mark.parametrize("kind", [K.PEDESTRIAN, K.ANIMAL, K.SCHOOL_BUS, K.CAR, K.CROSSING_GATE, K.FLAGGER])
-def test_what_forbids_is_not_changed_by_a_model_that_calls_it_a_bag(kind):
+def test_disagreement_bag_changes_no_restrictive_kind(kind):
+    """An object of a kind that forbids driving over keeps it if the reasoner reports a bag."""
     world = street(kind=kind, height=1.5)
     found = find_disagreements(world.scene(), observed(("it", K.BAG)))
     assert [item.counts for item in found] == [False]
@@ -106,7 +108,8 @@ def test_what_forbids_is_not_changed_by_a_model_that_calls_it_a_bag(kind):
 
 
 @pytest.mark.parametrize("shown", [LightState.GREEN, LightState.OFF])
-def test_a_green_or_dark_light_that_the_model_sees_red_counts_as_unknown_for_a_while(shown):
+def test_disagreement_red_light_counts_as_unknown_for_limited_time(shown):
+    """A green or dark light that the reasoner reports as red counts as unknown for a while."""
     world = Pictured(straight_road(), controls=(red_light(20.0, shown),))
     doubts = update_disputes({}, find_disagreements(world.scene(), observed(light=LightState.RED)), 10.0)
     assert set(doubts) == {LIGHT}
@@ -116,7 +119,8 @@ def test_a_green_or_dark_light_that_the_model_sees_red_counts_as_unknown_for_a_w
 
 
 @pytest.mark.parametrize("shown", [LightState.RED, LightState.YELLOW])
-def test_a_red_or_yellow_light_stays_so_whatever_the_model_sees(shown):
+def test_disagreement_green_keeps_red_or_yellow_light(shown):
+    """A red or yellow light stays so, whatever the reasoner reports."""
     world = Pictured(straight_road(), controls=(red_light(20.0, shown),))
     found = find_disagreements(world.scene(), observed(light=LightState.GREEN))
     assert [item.counts for item in found] == [False]

@@ -21,7 +21,8 @@ offsets = st.floats(-6.0, 6.0)
 
 
 @given(s=st.floats(-20.0, 430.0), d=offsets)
-def test_a_straight_road_maps_there_and_back_exactly_even_beyond_its_ends(s, d):
+def test_frame_straight_road_round_trip_is_exact(s, d):
+    """The round trip to road coordinates is exact on a straight road, even beyond its ends."""
     frame = road_frame(straight_road())
     x, y, heading = frame.to_local(np.array([s]), np.array([d]))
     again_s, again_d, again_heading = frame.to_road(np.stack([x, y], axis=1))
@@ -31,7 +32,8 @@ def test_a_straight_road_maps_there_and_back_exactly_even_beyond_its_ends(s, d):
 
 @pytest.mark.integration
 @given(radius=st.floats(12.0, 300.0), left=st.booleans(), s=st.floats(1.0, 18.0), d=offsets)
-def test_a_bend_maps_there_and_back_within_what_its_chords_allow(radius, left, s, d):
+def test_frame_bend_round_trip_error_is_within_chord_bound(radius, left, s, d):
+    """The round trip in a bend is accurate to what the chords of the road allow."""
     frame = RoadFrame(bent_road(radius if left else -radius, count=20))
     x, y, _ = frame.to_local(np.array([s]), np.array([d]))
     again_s, again_d, _ = frame.to_road(np.stack([x, y], axis=1))
@@ -165,7 +167,8 @@ def test_a_view_puts_objects_beside_the_road():
 
 
 @given(yaw=st.floats(-3.1, 3.1), speed=st.floats(0.0, 15.0))
-def test_a_view_keeps_the_speed_and_splits_it_along_and_across(yaw, speed):
+def test_view_keeps_speed_of_object_along_and_across(yaw, speed):
+    """The view splits a velocity along and across the road and keeps the speed."""
     moving = thing("car", 70.0, yaw=yaw).model_copy(
         update={"vx_mps": speed * math.cos(yaw), "vy_mps": speed * math.sin(yaw)}
     )
@@ -182,12 +185,13 @@ def test_what_is_not_listed_is_not_seen():
 
 
 @pytest.mark.parametrize(
-    ("ahead_m", "told"), [(12.4, "12 m ahead"), (0.4, "beside us"), (-0.3, "beside us"), (-3.0, "3 m behind")]
+    ("ahead_m", "told"), [(12.4, "12 m ahead"), (0.4, "beside the ego"), (-0.3, "beside the ego"), (-3.0, "3 m behind")]
 )
 def test_places_are_told_as_people_say_them(ahead_m, told):
     assert whereabouts(ahead_m) == told
 
 
 @pytest.mark.parametrize("stood_s", [0.0, 4.2, 9.5, 9.99])
-def test_who_has_stood_too_briefly_is_never_said_to_have_stood_long_enough(stood_s):
+def test_stood_too_briefly_never_rounds_time_up(stood_s):
+    """A time at a standstill below the required one is never shown as long enough."""
     assert stood_too_briefly(stood_s, 10.0) == f"has been stationary for {int(stood_s)} s; 10 s are required"

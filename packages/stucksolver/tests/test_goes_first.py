@@ -84,5 +84,6 @@ def test_who_changes_into_our_lane_ahead_does(radius_m, lane, speed):
 
 
 @pytest.mark.parametrize("speed", [-8.0, 8.0])
-def test_who_comes_towards_us_in_our_lane_does_and_who_drives_ahead_in_it_does_not(speed):
+def test_goes_first_oncoming_does_and_lead_does_not(speed):
+    """An oncoming vehicle in the ego's lane goes first; a lead vehicle does not."""
     assert (goes_first(scene_in_bend(80.0, driving(80.0, 30.0, 0.0, speed))) is not None) == (speed < 0.0)

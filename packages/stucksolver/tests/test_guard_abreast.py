@@ -58,8 +58,11 @@ def test_nobody_who_filters_past_in_our_lane_is_cut_up(x, speed):
 
 @pytest.mark.parametrize("x", np.arange(30.0, 48.0, 2.0))
 @pytest.mark.parametrize("y", [-1.3, -1.4, -1.55, -1.7])
-def test_nor_is_one_who_comes_up_with_less_room_beside_us_than_we_would_leave(x, y):
-    """Beside our body, if only just, they have a way past us; it is not taken from them."""
+def test_pull_over_cyclist_in_narrow_gap_is_not_cut_off(x, y):
+    """A cyclist that comes up with less than the required gap beside the ego is not cut off.
+
+    A gap just beside the body is still a way past the ego, and it stays open.
+    """
     cyclist = thing("cyclist", x, y, kind=K.BICYCLE, speed=6.0)
     slowly = PullOver(distance_m=45.0, speed_mps=2.2)
     assert not drives_into(slowly, World(straight_road(), [cyclist]))
@@ -77,13 +80,14 @@ def test_who_leads_is_followed_as_before(x, y):
     assert GUARD.accept([KeepLane(distance_m=60.0, speed_mps=5.0)], world.view(), False)[0].accepted
 
 
-def test_who_is_well_behind_or_past_does_not_keep_us_from_pulling_over():
+def test_pull_over_cyclist_far_behind_or_past_is_accepted():
     for x in (5.0, 75.0):
         world = World(SHOULDER, [thing("cyclist", x, -1.9, kind=K.BICYCLE, speed=4.0)])
         assert GUARD.accept([OVER], world.view(), False)[0].accepted, x
 
 
-def test_one_who_comes_up_beside_us_ends_the_move_before_it_is_made():
+def test_recheck_cyclist_beside_ego_ends_pull_over():
+    """A cyclist that comes up beside the ego ends the move before it is made."""
     world = World(SHOULDER)
     proven = GUARD.accept([OVER], world.view(), False)[1]
     world.objects.append(thing("cyclist", 44.0, -1.9, kind=K.BICYCLE, speed=5.0))

@@ -33,7 +33,8 @@ def test_who_stands_in_a_junction_may_back_up(start_m):
     assert codes(World(zones((ZoneKind.JUNCTION, start_m, 60.0)))) == set()
 
 
-def test_who_stands_before_or_behind_a_junction_does_not_back_into_it():
+def test_back_up_into_junction_is_rejected():
+    """An ego that has stopped outside a junction does not back into it."""
     assert codes(World(zones((ZoneKind.JUNCTION, 30.0, 43.0)))) == {C.STOPPING_PLACE}
 
 
@@ -63,7 +64,8 @@ def test_a_crosswalk_is_backed_onto_only_with_nobody_near_it(kind, x, y, refused
     assert (C.STOPPING_PLACE in codes(World(road, [thing("one", x, y, kind=kind)]))) is refused
 
 
-def test_somebody_behind_keeps_it_from_backing_up_in_a_junction_too():
+def test_back_up_in_junction_with_traffic_behind_is_rejected():
+    """In a junction, too, a vehicle or occluded space behind the ego rejects backing up."""
     assert C.COLLISION in codes(World(IN_IT, [thing("behind", 41.0)]))
     assert codes(World(IN_IT, [thing("behind", 20.0, speed=4.0)]), BackUp(distance_m=5.0)) & {C.COLLISION, C.GAP}
     assert codes(World(IN_IT, behind_m=8.0)) == {C.PATH_NOT_VISIBLE}
@@ -73,13 +75,17 @@ def crossing(x, away_m):
     return thing("car", x, -away_m, sideways=6.0, yaw=math.pi / 2)
 
 
-def test_it_does_not_end_in_the_way_of_somebody_who_crosses_behind_it():
-    """It arrives after some 5 s, at 45 m; the car is there 3 s after that."""
+def test_back_up_end_in_conflict_path_is_rejected():
+    """Backing up does not end in the path of a vehicle that crosses behind.
+
+    The ego arrives after some 5 s, at 45 m; the car is there 3 s after that.
+    """
     assert C.GAP in codes(World(IN_IT, [crossing(45.0, 48.0)]))
     assert codes(World(IN_IT, [crossing(25.0, 48.0)])) == set()
 
 
-def test_it_may_clear_the_way_of_somebody_who_would_meet_it_where_it_stands():
+def test_back_up_out_of_conflict_path_is_accepted():
+    """The ego may clear the path of a vehicle that would hit it where it has stopped."""
     assert codes(World(IN_IT, [crossing(54.0, 80.0)])) == set()
 
 

@@ -55,7 +55,8 @@ def light(distance_m, state=LightState.RED, applies=True):
         (LEAD_FRONT_M + 15.0 + A_LITTLE, False),
     ],
 )
-def test_a_light_within_15_m_ahead_of_a_vehicle_or_2_m_behind_its_front_may_be_what_it_waits_for(distance_m, holds):
+def test_wait_first_light_near_stopped_vehicle_counts(distance_m, holds):
+    """A vehicle may wait for a light within 15 m ahead of it or 2 m behind its front."""
     assert waits(controls=[light(distance_m)]) is holds
 
 
@@ -72,7 +73,8 @@ def test_a_light_within_15_m_ahead_of_a_vehicle_or_2_m_behind_its_front_may_be_w
     ],
     ids=str,
 )
-def test_what_holds_a_vehicle_is_a_red_or_yellow_light_or_a_stop_sign_unless_it_is_for_others(control, holds):
+def test_wait_first_red_light_or_stop_sign_counts(control, holds):
+    """A red or yellow light or a stop sign holds a vehicle, unless it applies to others."""
     assert waits(controls=[control]) is holds
 
 
@@ -95,13 +97,15 @@ NEXT_HALF_M = 4.6 / 2
         (5.0, -0.4 - A_LITTLE, False),
     ],
 )
-def test_two_that_stand_in_one_line_within_15_m_are_a_queue_unless_one_stands_as_parked_ones_do(gap_m, offset_m, queue):
+def test_queue_two_aligned_vehicles_within_15_m_is_found(gap_m, offset_m, queue):
+    """Two stopped vehicles in line within 15 m are a queue, unless one is offset like a parked vehicle."""
     following = thing("next", BUMPER_X + LEAD_FRONT_M + gap_m + NEXT_HALF_M, offset_m, stationary_s=30.0)
     assert waits(following) is queue
 
 
 @pytest.mark.parametrize(("offset_m", "queue"), [(1.5 - A_LITTLE, True), (1.5 + A_LITTLE, False)])
-def test_one_who_has_moved_lately_makes_a_queue_of_the_line_that_is_1_5_m_wide(offset_m, queue):
+def test_queue_recently_moved_vehicle_within_1_5_m_counts(offset_m, queue):
+    """A vehicle that moved recently makes a queue within 1.5 m beside the line."""
     moved = thing("next", 81.0, offset_m, stationary_s=5.0, moved_s_ago=5.0)
     assert waits(moved) is queue
 
@@ -145,19 +149,25 @@ def test_how_far_a_queue_reaches_is_the_policys():
         (3.0, {"y": -0.4 - A_LITTLE}, False),
     ],
 )
-def test_a_vehicle_is_waited_for_10_s_and_for_3_s_with_hazard_lights_or_parked(stood_s, more, refused):
+def test_wait_first_vehicle_is_passed_after_required_standstill(stood_s, more, refused):
+    """A vehicle is passed after 10 s, or after 3 s with hazard lights or parked.
+
+    With guidance, it is passed at once.
+    """
     assert waits(stationary_s=stood_s, **more) is refused
     assert not waits(stationary_s=stood_s, guided=True, **more)
 
 
-def test_one_that_was_never_seen_to_stand_has_stood_for_no_time():
+def test_wait_first_unknown_standstill_counts_as_0_s():
+    """A vehicle that was never perceived as stationary has been stationary for 0 s."""
     lead = thing("lead", LEAD_X).model_copy(update={"stationary_s": None})
     (found,) = (r for r in rejects(BORROW, World(ROAD, [lead])) if r.code is C.WAIT_FIRST)
     assert found.detail == "car lead has been stationary for 0 s; 10 s are required"
 
 
 @pytest.mark.parametrize(("speed", "refused"), [(0.5 - A_LITTLE, False), (0.5, True), (2.0, True)])
-def test_who_goes_along_the_road_at_half_a_metre_a_second_is_followed_and_not_passed(speed, refused):
+def test_wait_first_bicycle_from_0_5_mps_is_followed(speed, refused):
+    """A bicycle that moves along the road at 0.5 m/s or more is followed and not passed."""
     assert waits(kind=K.BICYCLE, speed=speed) is refused
 
 
@@ -172,12 +182,14 @@ def test_why_one_waits_is_told():
     assert told(stationary_s=2.0) == ["car lead has been stationary for 2 s; 10 s are required"]
 
 
-def test_somebody_else_who_drives_by_changes_nothing_for_who_is_followed():
+def test_wait_first_oncoming_vehicle_changes_nothing():
+    """An oncoming vehicle does not change whether a bicycle is followed."""
     by = thing("by", 20.0, LANE_M, speed=-5.0)
     assert told(by, kind=K.BICYCLE, speed=2.0) and told(by, kind=K.BICYCLE, speed=0.4) == []
 
 
-def test_a_thing_before_a_vehicle_does_not_hide_that_it_may_be_waiting():
+def test_wait_first_cone_hides_no_waiting_vehicle():
+    """A cone ahead of a vehicle does not hide that the vehicle may be waiting."""
     cone = thing("cone", 59.0, kind=K.CONE)
     assert waits(cone, stationary_s=2.0) and not waits(cone)
 
@@ -227,12 +239,14 @@ def passable(world, approvals=None):
     ],
     ids=str,
 )
-def test_a_bag_is_driven_over_within_each_bound_and_not_beyond(more, soft):
+def test_passable_bag_within_each_bound_is_accepted(more, soft):
+    """A bag is driven over within each bound and not beyond it."""
     assert passable(bag(**more)) is soft
 
 
 @pytest.mark.parametrize("who", ["passenger", "operator"])
-def test_half_a_confidence_will_do_where_a_person_has_confirmed_it(who):
+def test_passable_bag_confirmed_by_person_needs_0_5_confidence(who):
+    """A confidence of 0.5 is enough if a person has confirmed the bag."""
     yes = Approvals(**{who: frozenset({"drive_over"})})
     assert passable(bag(kind_confidence=0.5), yes)
     assert not passable(bag(kind_confidence=0.5 - A_LITTLE), yes)
@@ -247,7 +261,8 @@ WALKER_HALF_M = 0.25
 @pytest.mark.parametrize("kind", [K.PEDESTRIAN, K.ANIMAL, K.UNKNOWN])
 @pytest.mark.parametrize("side", [-1.0, 1.0])
 @pytest.mark.parametrize(("gap_m", "soft"), [(2.0 - A_LITTLE, False), (2.0 + A_LITTLE, True)])
-def test_nothing_living_or_unknown_is_within_2_m_of_what_is_driven_over(kind, side, gap_m, soft):
+def test_passable_bag_near_pedestrian_or_unknown_is_rejected(kind, side, gap_m, soft):
+    """No pedestrian, animal or unknown object may be within 2 m of an object that is driven over."""
     y = side * (gap_m + BAG_HALF_M + WALKER_HALF_M)
     beside = thing("beside", 60.0, y, kind=kind, length=0.5, width=0.5)
     assert passable(bag(thing("cone", 60.0, 3.0, kind=K.CONE), beside)) is soft
@@ -265,18 +280,19 @@ def test_dead_things_beside_a_bag_are_no_matter(kind):
     assert passable(bag(thing("beside", 60.0, 1.0, kind=kind, length=0.3, width=0.3)))
 
 
-def test_who_stands_astride_of_it_is_told_as_no_distance_away():
+def test_passable_object_over_bag_is_reported_at_0_m():
+    """An object that lies over the bag is reported at a distance of 0.0 m."""
     (found,) = (
         r for r in rejects(OVER, bag(thing("it", 60.0, 0.0, kind=K.UNKNOWN, length=0.5))) if r.object_id == "bag"
     )
-    assert found.detail == "bag has unknown it 0.0 m beside it"
+    assert found.detail == "bag has unknown it at 0.0 m, required 2.0 m"
 
 
-def test_a_bag_that_is_not_seen_any_more_ends_the_plan_to_drive_over_it():
+def test_recheck_bag_no_longer_perceived_ends_drive_over():
     _, proven = GUARD.accept([OVER], bag().view(), False)
     assert proven is not None
     found = GUARD.recheck(proven, World(ROAD).view()).rejects
-    assert [(r.code, r.detail) for r in found] == [(C.NOT_PASSABLE, "bag is no longer seen")]
+    assert [(r.code, r.detail) for r in found] == [(C.NOT_PASSABLE, "bag is no longer detected")]
 
 
 def test_what_may_not_be_driven_over_says_why():
@@ -284,11 +300,11 @@ def test_what_may_not_be_driven_over_says_why():
         return next(r.detail for r in rejects(OVER, bag(**more)) if r.code is C.NOT_PASSABLE)
 
     assert why(kind=K.DEBRIS) == "bag is classified as debris, which is never driven over"
-    assert why(kind_confidence=None) == "bag is classified as bag with confidence 0.00; 0.80 is required"
+    assert why(kind_confidence=None) == "bag is classified as bag with confidence 0.00, required 0.80"
     assert why(speed=0.5) == "bag is moving"
-    assert why(length=1.5) == "bag is 1.5 m long, at most 1.2 m is allowed"
-    assert why(height=0.3) == "bag is 0.30 m high, at most 0.15 m is allowed"
-    assert why(seen_for_s=None) == "bag has been seen for 0.0 s, 1 s is required"
+    assert why(length=1.5) == "bag is 1.5 m long, allowed 1.2 m"
+    assert why(height=0.3) == "bag is 0.30 m high, allowed 0.15 m"
+    assert why(seen_for_s=None) == "bag has been tracked for 0.0 s, required 1.0 s"
 
 
 # ---- the oncoming lane

@@ -29,13 +29,14 @@ def limited(limit_mps):
     return ROAD.model_copy(update={"lanes": lanes, "key": f"caps {limit_mps}"})
 
 
-def test_a_pass_past_what_stands_may_be_quicker_than_20_kmh():
+def test_pass_of_stopped_object_may_exceed_20_kmh():
     found, proven = codes(9.0)
     assert found == set() and proven.path.speed.max() > 20 * KMH
 
 
 @pytest.mark.parametrize(("limit_mps", "speed", "refused"), [(8.0, 8.1, True), (8.0, 7.9, False), (4.0, 5.5, False)])
-def test_it_is_no_quicker_than_the_limit_but_always_as_quick_as_a_recovery(limit_mps, speed, refused):
+def test_pass_above_speed_limit_is_rejected(limit_mps, speed, refused):
+    """A pass is no faster than the speed limit, but the speed of a recovery (20 km/h) is always allowed."""
     found, _ = codes(speed, road=limited(limit_mps))
     assert (RejectCode.OVERSPEED in found) is refused
 
@@ -56,7 +57,8 @@ def test_beside_people_it_is_no_quicker_than_20_kmh(kind, y):
     assert RejectCode.OVERSPEED not in codes(5.5, walker, row=row)[0]
 
 
-def test_people_where_it_is_slow_yet_do_not_slow_the_rest():
+def test_cap_pedestrian_at_slow_part_keeps_other_speeds():
+    """A pedestrian beside the part where the ego is still slow does not slow the rest."""
     walker = thing("walker", 53.0, -4.5, kind=ObjectKind.PEDESTRIAN)
     assert RejectCode.OVERSPEED not in codes(9.0, walker)[0]
 
@@ -69,13 +71,15 @@ def test_a_door_in_reach_holds_it_to_20_kmh():
     assert RejectCode.OVERSPEED not in codes(5.5, row=row)[0]
 
 
-def test_over_a_solid_line_it_is_no_quicker_than_20_kmh_anywhere():
+def test_pass_over_solid_line_is_capped_at_20_kmh():
+    """A pass over a solid line is nowhere faster than 20 km/h."""
     solid = straight_road(oncoming=LineKind.SOLID)
     assert codes(5.5, road=solid)[0] == set()
     assert codes(9.0, road=solid)[0] == {RejectCode.SOLID_LINE}
 
 
-def test_who_moves_is_passed_at_20_kmh_unless_a_passenger_asks():
+def test_pass_of_moving_vehicle_above_20_kmh_needs_guidance():
+    """A moving vehicle is passed at up to 20 km/h, unless a passenger asks for more."""
     slow = thing("lead", 66.0, speed=2.0)
     view = World(ROAD, [slow], sight_m=400.0).view()
     plan = [BorrowOncomingLane(past_object_id="lead", speed_mps=9.0)]
@@ -90,14 +94,16 @@ def asked(sight_m, *objects, road=ROAD):
     return pass_speed(scene, lane, group_of(scene, lead), 5.5)
 
 
-def test_the_rules_ask_for_the_slowest_speed_that_is_seen_to_be_free():
+def test_rules_pass_speed_is_slowest_with_enough_sight():
+    """The rules propose the slowest pass for which the sight distance is enough."""
     speeds = [asked(sight_m, *ROW) for sight_m in np.arange(60.0, 400.0, 20.0)]
     assert speeds[-1] == 5.5
     enough = [a for a in speeds if a < max(speeds)]
     assert max(speeds) > 7.0 and enough == sorted(enough, reverse=True)
 
 
-def test_the_rules_ask_for_no_more_where_the_guard_would_not_give_it():
+def test_rules_pass_speed_stays_within_guard_caps():
+    """The rules propose no speed that the guard would reject."""
     tight = 120.0
     walker = thing("walker", 80.0, -3.0, kind=ObjectKind.PEDESTRIAN)
     assert asked(tight, *ROW) > 5.5

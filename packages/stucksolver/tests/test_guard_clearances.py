@@ -76,7 +76,8 @@ def test_who_drifts_aside_in_their_lane_is_given_more(sideways):
     assert not codes(ON, at(0.72 + A_LITTLE, **drifts))
 
 
-def test_while_a_plan_runs_15_cm_of_each_gap_are_left_to_tracking_errors():
+def test_recheck_leaves_15_cm_of_gap_to_tracking_error():
+    """While a plan runs, tracking errors may use up 15 cm of each gap."""
     for plan, least_m in ((ON, DRAWN_M - 0.15), (SLOW, 0.15)):
         _, proven = GUARD.accept([plan], World(ROAD).view(), False)
         near = World(ROAD, [at(least_m - A_LITTLE)]).view()
@@ -84,7 +85,8 @@ def test_while_a_plan_runs_15_cm_of_each_gap_are_left_to_tracking_errors():
         assert GUARD.recheck(proven, World(ROAD, [at(least_m + A_LITTLE)]).view()).accepted
 
 
-def test_what_is_too_near_already_may_be_left_but_not_approached():
+def test_clearance_object_too_near_is_left_but_not_approached():
+    """An object that is too near already may be left but not approached."""
     beside = at(0.2, x=50.0)
     assert C.GAP not in codes(ON, beside)
     assert C.GAP in codes(ON, beside, at(0.2).model_copy(update={"id": "other"}))
@@ -102,11 +104,11 @@ def test_doors_reach_out_90_cm(kind, side):
 
 
 @pytest.mark.parametrize(("stood_s", "opens"), [(3.0, True), (3.0 - A_LITTLE, False), (0.0, False)])
-def test_a_door_opens_where_a_vehicle_has_stood_for_3_s(stood_s, opens):
+def test_door_may_open_after_standstill_of_3_s(stood_s, opens):
     assert (C.DOOR in codes(ON, at(0.6, K.CAR, stationary_s=stood_s))) is opens
 
 
-def test_a_vehicle_whose_standstill_was_not_seen_may_open_its_doors():
+def test_door_may_open_if_standstill_is_unknown():
     unknown = at(0.6, K.CAR).model_copy(update={"stationary_s": None})
     assert C.DOOR in codes(ON, unknown)
 
@@ -123,9 +125,14 @@ def test_doors_are_on_the_middle_half_of_a_vehicle(x, reached):
     assert (C.DOOR in codes(KeepLane(distance_m=20.0, speed_mps=5.0), door)) is reached
 
 
-def test_a_door_that_may_open_is_named_with_the_time_at_which_it_would_matter():
+def test_door_rejection_names_car_and_time():
+    """A door that may open is reported with its car and the time at which it would matter."""
     (found,) = (r for r in rejects(ON, at(0.6, K.CAR)) if r.code is C.DOOR)
-    assert found.object_id == "it" and found.detail == "a door of car it may open into the path"
+    assert (
+        found.object_id == "it"
+        and found.detail.startswith("car it: gap ")
+        and "to an open door, required " in found.detail
+    )
     assert found.time_s == pytest.approx(reached_s(75.0 - 1.15 - BUMPER_X), abs=0.3)
 
 
@@ -143,7 +150,7 @@ def test_a_verdict_names_who_is_met_when_and_how_near(gap_m, code):
     assert found.code is code and found.object_id == "it"
     assert found.gap_m == pytest.approx(gap_m, abs=0.02)
     assert found.time_s == pytest.approx(reached_s(75.0 - 2.3 - BUMPER_X), abs=0.4)
-    assert found.detail == f"barrier it: gap {found.gap_m:.1f} m after {found.time_s:.1f} s"
+    assert found.detail == f"barrier it: gap {found.gap_m:.2f} m, required 0.54 m at {found.time_s:.1f} s"
 
 
 def test_a_verdict_names_the_three_nearest_the_nearest_first():
@@ -158,7 +165,9 @@ def test_a_verdict_names_the_three_nearest_the_nearest_first():
 
 
 @pytest.mark.parametrize(("guided", "cap_mps"), [(False, 20 / 3.6), (True, 40 / 3.6)])
-def test_the_cap_on_speed_is_20_km_h_and_40_for_what_was_asked_for(guided, cap_mps):
+def test_speed_cap_is_20_kmh_or_40_kmh_guided(guided, cap_mps):
+    """The cap on speed is 20 km/h, and 40 km/h for a guided plan."""
+
     def accepted(speed_mps):
         return GUARD.accept([KeepLane(distance_m=30.0, speed_mps=speed_mps)], World(ROAD).view(), guided)[0].accepted
 
@@ -189,7 +198,8 @@ CREEP = KeepLane(distance_m=20.0, speed_mps=2.0)
     ],
     ids=str,
 )
-def test_a_red_light_counts_from_a_metre_behind_the_bumper_to_the_end_of_the_plan(control, refused):
+def test_red_light_from_1_m_behind_bumper_counts(control, refused):
+    """A red light counts from 1 m behind the bumper to the end of the plan."""
     assert (C.RED_LIGHT in codes(CREEP, controls=(control,))) is refused
 
 
@@ -198,11 +208,13 @@ def test_a_red_light_counts_from_a_metre_behind_the_bumper_to_the_end_of_the_pla
     ("distance_m", "speed", "refused"),
     [(6.0 - A_LITTLE, 0.0, False), (6.0, 0.0, True), (4.0, 0.3 - A_LITTLE, False), (4.0, 0.3, True)],
 )
-def test_a_line_has_been_stopped_at_from_rest_within_6_m(kind, distance_m, speed, refused):
+def test_stop_line_counts_as_stopped_at_within_6_m(kind, distance_m, speed, refused):
+    """A line has been stopped at if the ego is at rest within 6 m of it."""
     assert (C.STOP_LINE in codes(CREEP, controls=(dark(distance_m, kind),), speed=speed)) is refused
 
 
-def test_a_sign_behind_the_bumper_is_past_and_a_green_light_says_nothing_of_the_next_one():
+def test_controls_passed_sign_or_green_light_hides_no_other():
+    """A sign behind the bumper is passed. A green light says nothing about the next control."""
     sign = dark(-A_LITTLE, ControlKind.STOP_SIGN)
     assert C.STOP_LINE not in codes(ON, controls=(sign,))
     assert C.STOP_LINE in codes(ON, controls=(dark(A_LITTLE, ControlKind.STOP_SIGN),))
@@ -211,21 +223,26 @@ def test_a_sign_behind_the_bumper_is_past_and_a_green_light_says_nothing_of_the_
 
 
 @pytest.mark.parametrize(("distance_m", "quick_too_early"), [(4.0, True), (3.0, True), (1.0, False)])
-def test_it_creeps_until_the_bumper_is_a_metre_over_the_line(distance_m, quick_too_early):
-    """The plan is slow for 3 m."""
+def test_stop_line_creep_lasts_1_m_past_line(distance_m, quick_too_early):
+    """The ego creeps until the bumper is 1 m over the line.
+
+    The plan is slow for 3 m.
+    """
     world = World(ROAD, controls=(dark(distance_m),))
     plan = [Creep(distance_m=3.0), KeepLane(distance_m=20.0, speed_mps=5.0)]
     found = {r.code for r in GUARD.accept(plan, world.view(), False)[0].rejects}
     assert (C.STOP_LINE in found) is quick_too_early
 
 
-def test_an_operator_releases_a_red_light_for_creeping_over_it_only():
+def test_red_light_approval_permits_only_creep():
+    """An operator's approval of a red light permits only creeping over it."""
     yes = Approvals(operator=frozenset({"red_light"}))
     assert C.RED_LIGHT not in {r.code for r in rejects(CREEP, controls=(red_light(4.0),), approvals=yes)}
     assert C.RED_LIGHT in {r.code for r in rejects(ON, controls=(red_light(4.0),), approvals=yes)}
 
 
-def test_a_light_or_sign_that_is_refused_is_told_with_its_distance():
+def test_control_rejection_reports_its_distance():
+    """The rejection for a light or sign reports its distance."""
     (red,) = rejects(CREEP, controls=(red_light(10.0),))
     assert red.detail == "red light 10 m ahead"
     (off,) = rejects(CREEP, controls=(dark(10.0),))
@@ -237,7 +254,8 @@ def test_a_light_or_sign_that_is_refused_is_told_with_its_distance():
 @pytest.mark.parametrize(
     ("off_m", "same"), [(2.0 - A_LITTLE, True), (-2.0 + A_LITTLE, True), (2.0, False), (-2.0, False)]
 )
-def test_a_line_that_a_plan_was_begun_at_is_known_again_within_2_m(off_m, same):
+def test_recheck_stop_line_is_matched_within_2_m(off_m, same):
+    """A line at which a plan started is recognized again within 2 m."""
     start = World(ROAD, controls=(dark(4.0),))
     _, proven = GUARD.accept([CREEP], start.view(), False)
     later = World(ROAD, x=51.0, speed=1.0, controls=(dark(3.0 + off_m),))
@@ -247,7 +265,7 @@ def test_a_line_that_a_plan_was_begun_at_is_known_again_within_2_m(off_m, same):
 # ---- edges of the road
 
 
-def test_the_body_reaches_over_the_edge_by_15_cm_at_most():
+def test_drivable_area_body_may_overhang_edge_by_15_cm():
     road = straight_road(oncoming=None)
 
     def refused(over_m):
@@ -262,7 +280,8 @@ def test_the_body_reaches_over_the_edge_by_15_cm_at_most():
     assert refused(0.15 + A_LITTLE)
 
 
-def test_a_plan_that_leads_off_the_road_is_told_how_far_and_where():
+def test_drivable_area_rejection_reports_distance_off_road():
+    """The rejection of a plan that leaves the road reports by how much and where."""
     (found,) = rejects(KeepLane(distance_m=20.0, speed_mps=5.0), y=-2.5)
     assert found.code is C.OFF_LANES and "off the driving lanes" in found.detail
     assert found.gap_m is not None and found.gap_m < 0.0

@@ -42,7 +42,8 @@ STREET = Road("street", [(330.0, 0.0)], lanes_of("multi"))
 
 @pytest.mark.integration
 @pytest.mark.parametrize("name", all_classes())
-def test_nobody_is_touched_and_no_line_passed_whom_the_assumptions_do_not_exclude(name):
+def test_campaign_accepted_plans_have_no_unexcused_contact(name):
+    """No plan touches a road user or passes a line, unless the assumptions exclude the case."""
     for k in PLANS_OF_A_SCENE:
         for row in scene_rows(SEED, number_of(name, 0), only=k):
             assert "contact" not in row or row["excused"], row
@@ -82,7 +83,8 @@ def test_what_it_once_found_stays_mended(found):
     assert "contact" not in row or row["excused"], row
 
 
-def test_no_step_ends_a_hair_before_rails_so_that_its_abort_leads_onto_them():
+def test_campaign_abort_before_rails_does_not_enter_them():
+    """No step ends so close before rails that its abort leads onto them."""
     row = next(row for row in scene_rows(31, 7458, only=5))
     assert not row.get("missed"), row
 
@@ -112,9 +114,9 @@ def test_a_campaign_goes_on_where_it_was(tmp_path):
     whole = campaign(tmp_path / "whole", 1, 10**6, 3, judge_only=True)
     campaign(tmp_path / "cut", 1, 10**6, 2, judge_only=True)
     file = tmp_path / "cut" / "seed-1.jsonl"
-    file.write_text(file.read_text() + '{"place": 2, "scene": 2, "clas', encoding="utf-8")
+    file.write_text(file.read_text(encoding="utf-8") + '{"place": 2, "scene": 2, "clas', encoding="utf-8")
     assert campaign(tmp_path / "cut", 1, 10**6, 3, judge_only=True) == whole
-    assert file.read_text() == (tmp_path / "whole" / "seed-1.jsonl").read_text()
+    assert file.read_text(encoding="utf-8") == (tmp_path / "whole" / "seed-1.jsonl").read_text(encoding="utf-8")
 
 
 @pytest.mark.integration
@@ -124,7 +126,9 @@ def test_campaign_with_two_processes_has_the_same_result(tmp_path):
     one = campaign(tmp_path / "one", 2, 8, classes=classes, jobs=1)
     two = campaign(tmp_path / "two", 2, 8, classes=classes, jobs=2)
     assert one == two and one["counts"]["driven"] >= 8
-    assert (tmp_path / "one" / "seed-2.jsonl").read_text() == (tmp_path / "two" / "seed-2.jsonl").read_text()
+    assert (tmp_path / "one" / "seed-2.jsonl").read_text(encoding="utf-8") == (
+        tmp_path / "two" / "seed-2.jsonl"
+    ).read_text(encoding="utf-8")
 
 
 @pytest.mark.integration
@@ -166,7 +170,8 @@ def path(points, mps=4.0):
     )
 
 
-def test_the_rear_axle_never_slips_and_the_drift_is_what_was_asked_for():
+def test_oracle_ego_rear_axle_does_not_slip():
+    """The rear axle never slips, and the drift is the requested one."""
     ego = Ego(0.0, 0.0, 0.4, 0.0, Manner(drift=0.7, drift_rate=0.2))
     order = path([(0.5 * k, 0.0) for k in range(160)])
     for k in range(300):
@@ -182,7 +187,8 @@ def test_the_rear_axle_never_slips_and_the_drift_is_what_was_asked_for():
     assert ego.y == pytest.approx(0.7, abs=0.1) and ego.speed > 3.0
 
 
-def test_it_brakes_on_an_order_as_hard_as_told_after_its_lag_and_for_nothing_else():
+def test_oracle_ego_brakes_only_as_ordered_after_lag():
+    """The ego brakes as hard as ordered, after its lag, and for nothing else."""
     ego = Ego(0.0, 0.0, 0.0, 4.0, Manner(lag=0.2))
     for k in range(10):
         ego.obey(Execute(behavior=Wait(duration_s=1.0), brake_mps2=6.0), 0.05 * k, 0.05)
@@ -196,7 +202,8 @@ def world(*others, **more):
     return World(Setting(STREET, list(others), **more), Manner())
 
 
-def test_who_comes_from_behind_answers_after_a_second_and_not_harder_than_assumed():
+def test_oracle_follower_reacts_after_1_s_as_assumed():
+    """A follower reacts after one second and brakes no harder than assumed."""
     other = driving("other", STREET, 30.0, 3.5, 10.0, "comes up in the lane entered")
     there = world(other, ego_d=2.5, ego_speed=1.0)
     there.others[0].was_behind = False
@@ -219,7 +226,7 @@ def test_who_may_step_off_does_so_before_our_front_only():
     assert there.others[0].walks and there.others[0].speed == pytest.approx(1.4)
 
 
-def test_every_class_has_scenes_in_which_nobody_is_touched_from_the_start():
+def test_campaign_each_class_has_scenes_without_initial_contact():
     for name in all_classes():
         possible = [World(setting_of(8, number_of(name, k))[1], Manner()).is_possible() for k in range(6)]
         assert any(possible), name
@@ -235,8 +242,11 @@ def test_later_class_has_accepted_plans(name):
 
 @pytest.mark.integration
 @pytest.mark.parametrize("seed", [1, 2, 3])
-def test_slow_class_vehicles_come_into_sight_from_afar_and_meet_the_ego(seed):
-    """Drive straight on at the scene's pace: most vehicles come into sight 45 to 90 m away, and many are met."""
+def test_campaign_slow_class_vehicles_appear_far_and_meet_ego(seed):
+    """In the slow class, vehicles come into sight from afar and many meet the ego.
+
+    The ego drives straight on at the scene's pace. Most vehicles come into sight 45 to 90 m away.
+    """
     met = far = 0
     for k in range(12):
         setting = setting_of(seed, number_of("slow in a junction", k))[1]

@@ -177,7 +177,8 @@ def test_a_passenger_may_ask_for_more_speed():
     assert codes(KeepLane(distance_m=20.0, speed_mps=6.0), World(TWO_WAY)) == {RejectCode.OVERSPEED}
 
 
-def test_a_solid_line_is_crossed_only_where_the_policy_says_so_and_past_what_stands():
+def test_solid_line_crossing_needs_policy_and_stationary_obstacle():
+    """A solid line is crossed only if the policy permits it, and only past a stationary obstacle."""
     assert codes(BORROW, solid(), policy=AUTONOMOUS) == set()
     just = World(straight_road(oncoming=LineKind.SOLID), [thing("lead", 65.0, stationary_s=1.0)])
     assert codes(BORROW, just, policy=AUTONOMOUS) == {RejectCode.SOLID_LINE, RejectCode.WAIT_FIRST}
@@ -231,8 +232,11 @@ class AlwaysBorrow:
 
 
 @pytest.mark.parametrize("words", [{}, {5.0: "overtake"}])
-def test_a_plan_for_a_vehicle_that_moves_again_is_not_begun_unless_asked_for(words):
-    """The leader goes on while the reasoner thinks; with a passenger's words the plan is judged."""
+def test_lead_moves_again_pass_needs_guidance(words):
+    """A plan to pass a lead that moves again is not started without guidance.
+
+    The lead sets off while the reasoner answers; with a passenger's guidance, the plan is checked.
+    """
     world = World(TWO_WAY, [thing("lead", 64.0, speed=0.0)], cruise_mps=8.0)
 
     def leader_goes_on(world):
@@ -261,7 +265,7 @@ def test_every_code_has_its_test():
 
 def test_a_verdict_reads_as_its_reasons():
     verdict, _ = Guard().accept([BORROW], parked(sight_m=100.0).view(), guided=False)
-    assert "oncoming_sight: sees 100 m" in str(verdict)
+    assert "oncoming_sight: oncoming lane: sight distance 100.0 m" in str(verdict)
     assert str(Guard().accept([BORROW], parked().view(), guided=False)[0]) == "accepted"
     assert math.isfinite(verdict.rejects[0].gap_m)
 

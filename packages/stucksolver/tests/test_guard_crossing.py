@@ -40,7 +40,8 @@ def under_way(x: float, speed: float):
     return world, proven
 
 
-def test_who_crosses_when_we_are_there_is_a_reason_not_to_begin():
+def test_collision_crossing_vehicle_in_ego_path_rejects():
+    """A vehicle that crosses when the ego is there rejects the start of the plan."""
     assert codes(World(JUNCTION)) == set()
     assert RejectCode.COLLISION in codes(World(JUNCTION, [crossing(-50.0)]))
 
@@ -49,7 +50,8 @@ def test_who_has_crossed_before_is_none():
     assert codes(World(JUNCTION, [crossing(-8.0, speed=12.0)])) == set()
 
 
-def test_a_flow_whose_gaps_are_shorter_than_we_need_is_not_entered():
+def test_traffic_flow_with_short_gaps_is_not_entered():
+    """A traffic flow with gaps shorter than the ego needs is not entered."""
     flow = [crossing(-9.0 * 2.7 * k, name=f"c{k}") for k in range(6)]
     assert codes(World(JUNCTION, flow))
 
@@ -57,7 +59,8 @@ def test_a_flow_whose_gaps_are_shorter_than_we_need_is_not_entered():
 @pytest.mark.parametrize(
     ("ours", "theirs", "found"), [(0.0, 1.5, set()), (3.0, 1.5, {RejectCode.GAP}), (0.0, 3.0, {RejectCode.GAP})]
 )
-def test_beside_who_crawls_a_creeping_ego_needs_the_gap_to_what_stands(ours, theirs, found):
+def test_clearance_creeping_beside_slow_vehicle_is_stationary_gap(ours, theirs, found):
+    """Beside a crawling vehicle, a creeping ego needs only the gap to a stationary object."""
     # They slant past our front corner, 0.4 m away where our short way ends.
     yaw = -math.radians(25.0)
     speed = {"speed": theirs * math.cos(yaw), "sideways": theirs * math.sin(yaw), "yaw": yaw}
@@ -90,7 +93,8 @@ def left_turn():
     )
 
 
-def test_where_the_route_turns_who_comes_the_other_way_goes_straight_on():
+def test_through_traffic_at_turn_is_predicted_straight_on():
+    """Where the route turns, oncoming traffic is predicted to go straight on."""
     # Down the street that we turn into: on its way along our lanes it would turn, too, and leave us alone.
     down = {"x": 72.0 - LANE_M, "sideways": -8.0, "yaw": -math.pi / 2}
     assert codes(World(left_turn())) == set()
@@ -98,7 +102,8 @@ def test_where_the_route_turns_who_comes_the_other_way_goes_straight_on():
     assert codes(World(left_turn(), [thing("gone", y=-14.0, **down)])) == set()
 
 
-def test_one_beside_a_bend_goes_straight_on_and_not_round_with_our_lane():
+def test_predict_vehicle_beside_bend_goes_straight_on():
+    """A vehicle beside a bend is predicted to go straight on and not to follow the ego's lane."""
     # In road coordinates it seems to cross the arc's lane; in the plane it leaves us alone.
     away = thing("away", -20.0, 15.0, speed=-8.0, yaw=math.pi)
     road = bent_road(30.0)
@@ -111,7 +116,8 @@ def test_only_vehicles_have_roads_of_their_own(kind, there):
     assert world.view().elsewhere.tolist() == [there]
 
 
-def test_who_comes_up_from_before_the_known_road_is_in_our_lane():
+def test_view_vehicle_behind_known_road_is_in_ego_lane():
+    """A vehicle that comes from before the known road is in the ego's lane."""
     assert World(JUNCTION, [thing("behind", -20.0, speed=8.0)]).view().elsewhere.tolist() == [False]
 
 
@@ -123,7 +129,8 @@ def test_in_a_junction_way_is_given_to_who_crosses_ahead():
     assert RejectCode.COLLISION in {r.code for r in verdict.rejects}
 
 
-def test_where_a_stop_would_be_met_as_well_the_way_is_finished():
+def test_recheck_stop_in_conflict_path_finishes_plan():
+    """Where a stop would be hit as well, the path is finished."""
     world, proven = under_way(71.0, 1.0)
     world.objects.append(crossing(-9.0))
     assert GUARD.recheck(proven, world.view()).abort is AbortAction.FINISH
@@ -172,14 +179,16 @@ def borrowing(x: float, speed: float, *others):
 
 
 @pytest.mark.parametrize("turned_deg", [0.0, 15.0, 21.0, 30.0, 45.0])
-def test_who_turns_into_the_lane_that_we_borrow_is_seen_to_come(turned_deg):
+def test_recheck_vehicle_turning_into_borrowed_lane_is_oncoming(turned_deg):
+    """A vehicle that turns into the borrowed lane counts as oncoming traffic."""
     yaw = math.pi + math.radians(turned_deg)
     coming = thing("coming", 100.0, 3.5, speed=8.0 * math.cos(yaw), sideways=8.0 * math.sin(yaw), yaw=yaw)
     assert borrowing(59.0, 4.0, coming).abort in (AbortAction.RETURN_TO_LANE, AbortAction.FINISH)
 
 
 @pytest.mark.integration
-def test_in_an_oncoming_lane_nobody_stands_to_give_way_but_for_whom_going_on_would_touch():
+def test_recheck_in_oncoming_lane_yields_only_against_contact():
+    """In an oncoming lane, the ego stops to yield only if going on would touch a vehicle."""
     crosser = thing("crosser", 66.0, -14.0, sideways=8.0, yaw=math.pi / 2)
     for x in np.arange(52.0, 66.0, 1.0):
         verdict = borrowing(float(x), 2.5, crosser)
@@ -198,7 +207,8 @@ def test_nobody_stands_to_let_by_what_does_not_move():
     assert GUARD.recheck(proven, world.view()).abort is not AbortAction.YIELD
 
 
-def test_a_stop_that_would_end_a_hands_breadth_beside_who_crosses_is_made_only_against_a_contact():
+def test_recheck_stop_close_to_crossing_vehicle_prevents_contact():
+    """A stop that would end just beside a crossing vehicle is made only against a contact."""
     world, proven = under_way(66.5, 4.0)
     world.objects.append(crossing(-14.0))
     verdict = GUARD.recheck(proven, world.view())

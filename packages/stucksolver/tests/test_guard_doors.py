@@ -98,7 +98,8 @@ def test_within_reach_of_a_door_a_quicker_plan_is_refused(gap_m):
 
 
 @pytest.mark.parametrize("error_m", [0.0, 0.03, -0.3])
-def test_small_error_or_one_away_from_the_door_ends_no_plan(error_m):
+def test_recheck_small_or_outward_error_at_door_is_accepted(error_m):
+    """A small tracking error, or one away from the door, does not end the plan."""
     parked = thing("parked", 80.0, -(HALF_M + 1.2 + 0.95))
     world = World(ROAD, [parked])
     _, proven = GUARD.accept([KeepLane(distance_m=70.0, speed_mps=5.5)], world.view(), False)
@@ -106,8 +107,11 @@ def test_small_error_or_one_away_from_the_door_ends_no_plan(error_m):
     assert GUARD.recheck(proven, world.view()).accepted
 
 
-def test_pass_of_a_parked_row_is_slowed_only_beyond_30_kmh():
-    """The pass is laid out with room for the drift; a quick one with more."""
+def test_pass_of_parked_row_is_slowed_above_30_kmh():
+    """A pass of a parked row is slowed only above 30 km/h.
+
+    The pass is laid out with a margin for the drift; a fast one with a larger margin.
+    """
     two_way = straight_road()
     row = [thing(f"p{k}", 62.0 + 7.0 * k, -0.9, hazard=True) for k in range(6)]
     for speed, beside_mps in ((5.5, 5.5), (8.0, 8.0), (11.0, 8.0)):
@@ -124,7 +128,8 @@ def test_bicycles_and_moving_cars_have_no_doors_to_fear():
     assert proven is None or proven.path.speed.min() == pytest.approx(5.5)
 
 
-def test_nudge_past_a_parked_car_keeps_to_walking_pace_within_reach():
+def test_nudge_past_parked_car_keeps_walking_pace():
+    """Within reach of the door of a parked car, a nudge keeps to walking pace."""
     parked = thing("parked", 66.0, -2.2)
     plan = Nudge(side="left", offset_m=0.7, distance_m=30.0, speed_mps=2.2)
     verdict, _ = GUARD.accept([plan], World(ROAD, [parked]).view(), False)

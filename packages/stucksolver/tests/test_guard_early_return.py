@@ -52,7 +52,8 @@ def body(x, y, yaw, length, width):
     drifts_after=st.floats(0.0, 1.0),
 )
 @settings(max_examples=4 * MANY, deadline=None, suppress_health_check=list(HealthCheck))
-def test_drawn_aside_past_the_commit_point_an_accepted_return_touches_nothing(kind, x, y, speed, clear_m, drifts_after):
+def test_early_return_drift_after_commit_point_touches_nothing(kind, x, y, speed, clear_m, drifts_after):
+    """An accepted return touches nothing even if the ego drifts aside after the commit point."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(return_to_lane, "CLEAR_M", clear_m)
         world = World(ROAD, [lead(kind, x, y)])
@@ -72,7 +73,8 @@ def test_drawn_aside_past_the_commit_point_an_accepted_return_touches_nothing(ki
 
 @pytest.mark.parametrize("kind", list(PASSED))
 @pytest.mark.parametrize("speed", [3.0, 5.5])
-def test_a_return_that_comes_too_early_is_refused_and_a_later_one_is_not(kind, speed, monkeypatch):
+def test_early_return_too_soon_is_rejected(kind, speed, monkeypatch):
+    """A return that comes too early is rejected, and a later one is accepted."""
     world = World(ROAD, [lead(kind, 70.0, 0.0)])
     assert judged(world, speed)[0].accepted
     monkeypatch.setattr(return_to_lane, "CLEAR_M", SOON_M)
@@ -81,7 +83,8 @@ def test_a_return_that_comes_too_early_is_refused_and_a_later_one_is_not(kind, s
     assert rejects[0].gap_m < MOST_M + 0.1
 
 
-def test_a_narrow_pass_may_return_with_the_gap_that_it_had_abreast():
+def test_early_return_narrow_pass_may_keep_its_gap():
+    """A narrow pass may return with the gap that it had alongside."""
     world = World(ROAD, [thing("lead", 90.0, 1.4, width=2.2, hazard=True, stationary_s=60.0)])
     plan, view = BorrowOncomingLane(past_object_id="lead", speed_mps=2.0), world.view()
     proven = GUARD.lay_out([plan], view, True, NOBODY)

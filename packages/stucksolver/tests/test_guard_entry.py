@@ -41,8 +41,12 @@ def nearest_behind(speed):
 
 @pytest.mark.integration
 @pytest.mark.parametrize(("slower", "quicker"), [(10.0, 10.5), (14.0, 14.5)])
-def test_a_follower_has_a_second_to_react_and_brakes_by_3_5(slower, quicker):
-    """Each m/s more costs the way until we enter, the way until they react, and more of a way to stop."""
+def test_lane_entry_gap_to_follower_covers_reaction_and_braking(slower, quicker):
+    """A follower has 1 s to react and brakes with 3.5 m/s².
+
+    Each m/s more costs the distance until the ego enters, the distance until the follower reacts, and a longer
+    stop.
+    """
     near_m, when_s = nearest_behind(slower)
     far_m, again_s = nearest_behind(quicker)
     assert when_s == again_s
@@ -51,21 +55,25 @@ def test_a_follower_has_a_second_to_react_and_brakes_by_3_5(slower, quicker):
     assert near_m - far_m == pytest.approx(more * when_s + more * 1.0 + stops_m, abs=0.01)
 
 
-def test_what_is_kept_from_a_follower_is_told_with_a_metre_in_reserve():
+def test_lane_entry_rejection_reports_gap_with_reserve():
+    """The rejection reports the required gap to a follower with 1 m in reserve."""
     found = entries(car(12.0, 8.0))[0]
     assert found.object_id == "car" and found.gap_m is not None
-    needed = float(found.detail.split("needs ")[1].removesuffix(" m"))
-    assert found.detail.startswith(f"car car behind: {found.gap_m:.1f} m, ")
+    needed = float(found.detail.split("required ")[1].split(" m")[0])
+    assert found.detail.startswith(f"car car behind: gap {found.gap_m:.1f} m, ")
     entered_mps = 5.0
     least, most = (8.0 + 64.0 / 7 - v**2 / 16 + 1.0 for v in (entered_mps, 0.0))
     assert least - 0.1 <= needed <= most + 0.1
 
 
-def test_one_ahead_in_the_lane_is_kept_from_as_we_need_to_brake():
-    """At 0.5 m/s, seen to enter at no more than 5 m/s."""
+def test_lane_entry_gap_to_lead_covers_ego_braking():
+    """A lead in the entered lane is kept at the distance that the ego needs to brake.
+
+    At 0.5 m/s; the ego is predicted to enter at no more than 5 m/s.
+    """
     (found,) = entries(car(60.0, 0.5))
     assert " ahead: " in found.detail and found.object_id == "car"
-    needed = float(found.detail.split("needs ")[1].removesuffix(" m"))
+    needed = float(found.detail.split("required ")[1].split(" m")[0])
     assert 1.0 < needed <= 0.5 * 5.0 + 25.0 / 6 - 0.25 / 16 + 1.0 + 0.05
     assert not entries(car(90.0, 0.5))
 
@@ -81,8 +89,11 @@ def first_ahead(speed):
 
 @pytest.mark.integration
 @pytest.mark.parametrize("speed", [1.0, 2.0, 3.0, 5.0, 7.0, 9.0])
-def test_whoever_we_come_in_behind_may_stop_as_hard_as_can_be_just_then(speed):
-    """At the entry: we answer half a second later, and brake comfortably."""
+def test_lane_entry_lead_braking_hardest_leaves_gap(speed):
+    """The lead may brake as hard as possible just when the ego comes in behind it.
+
+    At the entry, the ego reacts half a second later and brakes comfortably.
+    """
     ahead = car(first_ahead(speed), speed)
     view = World(ROAD, [ahead]).view()
     path = tracked_path(GUARD.lay_out([LEFT], view, False, NOBODY).path, view, GUARD.policy.tracking, reverse=False)
@@ -98,7 +109,8 @@ def test_whoever_we_come_in_behind_may_stop_as_hard_as_can_be_just_then(speed):
 
 
 @pytest.mark.parametrize(("speed", "counts"), [(0.5, True), (0.5 - A_LITTLE, False)])
-def test_who_goes_at_half_a_metre_a_second_is_traffic_and_who_does_not_is_an_obstacle(speed, counts):
+def test_lane_entry_vehicle_from_0_5_mps_is_traffic(speed, counts):
+    """A vehicle at 0.5 m/s is traffic; a slower one is an obstacle."""
     assert bool(entries(car(58.0, speed))) is counts
 
 
@@ -118,8 +130,11 @@ def entered_at(proven):
 @pytest.mark.parametrize(
     ("before_m", "speed", "due"), [(6.0, 0.0, False), (2.0, 0.0, True), (12.0, 3.0, False), (6.0, 3.0, True)]
 )
-def test_while_a_plan_runs_an_entry_must_be_certain_a_stop_a_second_and_3_m_before_it(before_m, speed, due):
-    """At 3 m/s a stop takes 1.5 m, a second 3 m. The body's own turn makes a station or two of difference."""
+def test_recheck_lane_entry_is_due_at_stopping_distance(before_m, speed, due):
+    """While a plan runs, a lane entry must be certain a stop, a second and 3 m before it.
+
+    At 3 m/s a stop takes 1.5 m, a second 3 m. The turn of the body makes a station or two of difference.
+    """
     world = World(ROAD)
     _, proven = GUARD.accept([LEFT], world.view(), False)
     s = entered_at(proven) - before_m
@@ -139,6 +154,7 @@ def in_the_left_lane(road):
 
 
 @pytest.mark.parametrize("key", [ROAD.key, "the next window"])
-def test_a_lane_that_has_been_entered_is_not_entered_again_when_the_road_is_shown_anew(key):
+def test_recheck_entered_lane_is_not_entered_again(key):
+    """A lane that was entered does not count as entered again when the road is sent anew."""
     verdict = in_the_left_lane(ROAD.model_copy(update={"key": key}))
     assert verdict.accepted, str(verdict)

@@ -40,14 +40,16 @@ def zones(kind, start_m, end_m):
         (3.0, 12.0, False, 0.0),
     ],
 )
-def test_a_follower_reacts_and_brakes_and_the_one_ahead_brakes_hardest(rear, front, running, metres):
+def test_rss_distance_follower_reacts_and_lead_brakes_hardest(rear, front, running, metres):
+    """The follower reacts and then brakes; the lead brakes as hard as possible."""
     policy = RssPolicy(reaction_s=0.8)
     assert rss_distance(rear, front, policy, running=running) == pytest.approx(metres)
     if not running:
         assert rss_distance(rear, front, policy) == pytest.approx(metres)
 
 
-def test_from_what_drifts_aside_the_gap_grows_by_its_reaction_and_its_braking():
+def test_rss_lateral_gap_grows_with_reaction_and_braking():
+    """The gap to an object that drifts aside grows with its reaction and its braking."""
     policy = RssPolicy(reaction_s=0.5, lateral_braking_mps2=2.0)
     found = rss_lateral(np.array([0.0, 1.0, 2.0]), 0.3, policy)
     assert found == pytest.approx([0.3, 0.3 + 0.5 + 0.25, 0.3 + 1.0 + 1.0])
@@ -62,13 +64,16 @@ def coming_in(lead, *, speed=5.0, now_s=2.0, running=False):
     case = replace(case_on(d, [0.0] * 80, [lead], speed=speed), running=running)
     t = np.array([0.0, now_s])
     station = np.array([[50.0, 50.0 + speed * now_s]])
-    return bool(adjacent_traffic._is_before_us(case, station, 0, t)[0])
+    return bool(adjacent_traffic._is_ahead_of_ego(case, station, 0, t)[0])
 
 
 @pytest.mark.parametrize("theirs", [2.0, 4.5, 6.0])
 @pytest.mark.parametrize("more_m", [-0.02, 0.02])
-def test_in_behind_somebody_there_is_room_to_slow_down_to_their_speed(theirs, more_m):
-    """Half a second and half a metre, and what braking from 5 m/s to theirs takes more, by 3 m/s²."""
+def test_entry_gap_to_lead_covers_slowing_down(theirs, more_m):
+    """Behind a vehicle, there must be a gap to slow down to its speed.
+
+    Half a second and half a meter, and what braking from 5 m/s to its speed takes more, with 3 m/s².
+    """
     needed = 0.5 * 5.0 + 0.5 + max(25.0 - theirs**2, 0.0) / 6.0
     rear = 60.0 + FRONT_M + needed + more_m
     lead = thing("lead", rear + HALF_CAR_M - 2.0 * theirs, LANE_M, speed=theirs)
@@ -76,21 +81,28 @@ def test_in_behind_somebody_there_is_room_to_slow_down_to_their_speed(theirs, mo
 
 
 @pytest.mark.parametrize(("more_m", "followed"), [(0.02, True), (-0.02, False)])
-def test_who_is_in_our_way_already_is_followed_if_we_can_fall_back_behind_them(more_m, followed):
-    """From 5 m/s to 2: (25 - 4) / (2 * 3) m of braking, and 0.3 s before it at a speed 3 m/s higher than theirs."""
+def test_lead_in_path_is_followed_if_ego_can_fall_back(more_m, followed):
+    """A vehicle in the ego's path counts as followed if the ego can fall back behind it.
+
+    From 5 m/s to 2: (25 - 4) / (2 * 3) m of braking, and 0.3 s before it at a speed 3 m/s higher than the lead's.
+    """
     lead = thing("lead", 50.0 + FRONT_M + HALF_CAR_M + 3.5 + 0.9 + more_m, 0.0, speed=2.0)
     assert coming_in(lead) is followed
 
 
 @pytest.mark.parametrize(("more_m", "followed"), [(0.02, True), (-0.02, False)])
-def test_while_a_plan_runs_who_is_in_our_way_is_followed_if_only_ahead(more_m, followed):
+def test_recheck_lead_in_path_is_followed_if_ahead(more_m, followed):
+    """While a plan runs, a vehicle in the path counts as followed if it is only ahead."""
     lead = thing("lead", 50.0 + FRONT_M + HALF_CAR_M + more_m, 0.0, speed=2.0)
     assert coming_in(lead, running=True) is followed
 
 
 @pytest.mark.parametrize(("more_m", "meets"), [(0.02, False), (-0.02, True)])
-def test_within_30_cm_beside_our_body_somebody_is_in_our_way(more_m, meets):
-    """Who is level with us is not ahead: followed is only whom we never come near."""
+def test_in_path_vehicle_within_30_cm_beside_body_counts(more_m, meets):
+    """A vehicle within 30 cm beside the body is in the ego's path.
+
+    A vehicle alongside is not ahead. Only a vehicle that the ego never comes near counts as followed.
+    """
     beside = thing("beside", 50.0, -(WIDTH_M / 2 + 0.3 + 0.95 + more_m), speed=5.0)
     assert coming_in(beside) is not meets
 
@@ -116,8 +128,11 @@ def test_in_the_oncoming_lane_nobody_is_followed():
     assert found[0, :, 0].tolist() == [True, True, False, False]
 
 
-def test_people_on_two_wheels_and_on_foot_need_more_room_beside_us():
-    """Coming up from behind at 8 m/s: 0.5 m beside a bicycle, 0.3 m beside a car, both as wide."""
+def test_adjacent_traffic_bicycle_needs_larger_gap_than_car():
+    """A bicycle beside the ego needs a larger gap than a car.
+
+    It comes up from behind at 8 m/s: 0.5 m beside a bicycle, 0.3 m beside a car of the same width.
+    """
     reach = 0.8 + WIDTH_M / 2
     for room, kind, stopped in ((0.4, K.BICYCLE, True), (0.4, K.CAR, False), (0.2, K.CAR, True)):
         d = np.linspace(0.0, 0.8, 40)
@@ -161,8 +176,11 @@ def test_behind_is_seen_as_far_as_who_comes_needs(comes_mps, more_m):
 
 
 @pytest.mark.parametrize("way", [-1, 1])
-def test_a_sight_ends_at_the_near_end_of_who_is_in_the_lane(way):
-    """A lorry of 16 m; what is told of a sight is good to 4 m."""
+def test_sight_ends_at_near_end_of_vehicle_in_lane(way):
+    """A sight ends at the near end of the vehicle in that lane.
+
+    A truck of 16 m; the reported sight is accurate to 4 m.
+    """
     case = case_of(World(MULTI, [thing("lorry", 50.0 + way * 60.0, LANE_M, length=16.0)]), Creep(distance_m=3.0))
     lane = next(lane for lane in case.view.frame.lanes if lane.strip.id == "left")
     near = 50.0 + way * 52.0
@@ -184,7 +202,8 @@ def test_a_lane_that_ends_is_seen_to_its_end():
 
 
 @pytest.mark.parametrize(("x", "on_them"), [(52.5, False), (52.6, True), (72.4, True), (72.5, False)])
-def test_on_rails_is_where_we_are_or_where_we_should_stop(x, on_them):
+def test_on_rails_covers_present_place_and_stop(x, on_them):
+    """The ego is on rails if its body is there now or would be after a stop."""
     case = case_of(World(zones(ZoneKind.LEVEL_CROSSING, 55.0, 70.0), x=x), Creep(distance_m=2.0))
     assert case.on_rails(200.0) is on_them
     assert case.on_rails(60.0)
@@ -204,7 +223,8 @@ def test_on_rails_is_where_we_are_or_where_we_should_stop(x, on_them):
         (60.0, 72.6, True),
     ],
 )
-def test_a_crossing_is_left_by_who_stands_on_it_and_ends_beyond(x, end_m, leaves):
+def test_leaves_crossing_only_with_body_on_it_and_end_beyond(x, end_m, leaves):
+    """A path leaves a level crossing if the ego is on it and the path ends beyond it."""
     crossing = Zone(kind=ZoneKind.LEVEL_CROSSING, start_m=55.0, end_m=70.0)
     case = case_on([0.0] * round(2 * (end_m - x) + 1), [0.0] * round(2 * (end_m - x) + 1), start_s=x)
     path = replace(case.path, s=np.linspace(x, end_m, len(case.path.s)))
@@ -212,14 +232,18 @@ def test_a_crossing_is_left_by_who_stands_on_it_and_ends_beyond(x, end_m, leaves
 
 
 @pytest.mark.parametrize(("aside_m", "free"), [(0.12, False), (0.08, True)])
-def test_whose_body_reaches_into_the_lane_is_not_given_the_width_of_it(aside_m, free):
-    """Passed in the left lane; they stand in the right one and reach over the line by that much."""
+def test_moves_over_object_reaching_into_lane_blocks(aside_m, free):
+    """A vehicle that reaches into the lane does not leave its full width to the ego.
+
+    The ego passes in the left lane; the vehicle is in the right lane and reaches over the line by that much.
+    """
     truck = thing("truck", 75.0, LANE_M / 2 - 0.95 + aside_m, kind=K.EMERGENCY)
     case = case_on([LANE_M] * 120, [0.0] * 120, [truck], y=LANE_M)
     assert traffic_rules._moves_over(case, 0) is free
 
 
-def test_moved_over_is_before_they_are_reached_and_until_they_are_passed():
+def test_moves_over_lasts_from_before_until_after_object():
+    """The ego must have moved over before it reaches the vehicle and until it has passed."""
     truck = thing("truck", 75.0, 0.0, kind=K.EMERGENCY, length=8.0)
     for over, back, free in ((70.0, 80.0, True), (71.5, 80.0, False), (70.0, 78.5, False)):
         s = 50.0 + 0.5 * np.arange(120)
@@ -227,14 +251,16 @@ def test_moved_over_is_before_they_are_reached_and_until_they_are_passed():
         assert traffic_rules._moves_over(case, 0) is free
 
 
-def test_passing_an_emergency_scene_where_no_lane_is_known_is_no_moving_over():
+def test_moves_over_without_known_lane_is_false():
+    """Passing an emergency scene where no lane is known is not moving over."""
     truck = thing("truck", 75.0, 0.0, kind=K.EMERGENCY)
     assert traffic_rules._moves_over(case_on([LANE_M] * 120, [0.0] * 120, [truck], y=LANE_M), 0)
     assert not traffic_rules._moves_over(case_on([40.0] * 120, [0.0] * 120, [truck], y=40.0), 0)
 
 
 @pytest.mark.parametrize(("d", "off"), [(LANE_M, True), (LANE_M / 2 - 0.1, False), (LANE_M / 2 + 0.1, True)])
-def test_beside_the_route_for_more_than_200_m_or_a_minute_is_too_long(d, off):
+def test_off_route_adjacent_lane_above_limits_is_rejected(d, off):
+    """A path beside the route for more than 200 m or 60 s is rejected."""
     slow = case_on([0.0, *([d] * 200)], [0.0] * 201)
     path = replace(slow.path, speed=np.full(201, 1.0))
     (found,) = traffic_rules.off_route(replace(slow, path=path)) or (None,)
@@ -244,7 +270,8 @@ def test_beside_the_route_for_more_than_200_m_or_a_minute_is_too_long(d, off):
         assert found.time_s > 60.0 and found.gap_m == pytest.approx(100.0, abs=1.0)
 
 
-def test_where_the_route_has_no_lane_2_m_beside_it_are_off_it():
+def test_off_route_without_lane_starts_at_2_m():
+    """Where the route has no lane, a place more than 2 m beside it is off the route."""
     for d, off in ((1.9, False), (2.1, True)):
         case = case_on([d] * 200, [0.0] * 200)
         path = replace(case.path, s=case.path.s + 1000.0, speed=np.full(200, 1.0))
@@ -261,12 +288,13 @@ def test_help_is_not_called_for_in_a_junction():
     inside = World(zones(ZoneKind.JUNCTION, 45.0, 60.0))
     (found,) = GUARD.allows_standing(call, inside.view()).rejects
     assert found.code is C.STOPPING_PLACE
-    assert "only where it may stop" in found.detail
+    assert "requires a stop outside junctions" in found.detail
     assert GUARD.allows_standing(call, World(MULTI).view()).accepted
 
 
 @pytest.mark.parametrize(("more_m", "may"), [(-0.02, True), (0.02, False)])
-def test_over_the_line_to_the_oncoming_lane_by_30_cm_one_may_stand(more_m, may):
+def test_may_stand_over_line_to_oncoming_lane_by_30_cm(more_m, may):
+    """The ego may stop up to 30 cm over the line to the oncoming lane."""
     y = LANE_M / 2 - WIDTH_M / 2 + 0.3 + more_m
     assert GUARD.may_stand(World(TWO_WAY, y=y).view()) is may
 
@@ -283,7 +311,8 @@ def test_too_fast_is_told_with_both_figures():
 
 
 @pytest.mark.parametrize("side", ["left", "right"])
-def test_a_lane_of_our_direction_is_looked_for_on_both_sides(side):
+def test_legal_lane_in_same_direction_is_found_on_both_sides(side):
+    """A lane in the ego's direction is looked for on both sides."""
     road = straight_road(left=LineKind.BROKEN, oncoming=None)
     if side == "right":
         lanes = tuple(
@@ -297,7 +326,8 @@ def test_a_lane_of_our_direction_is_looked_for_on_both_sides(side):
 
 
 @pytest.mark.parametrize(("at_m", "refused"), [(51.9, False), (52.1, True), (72.9, True), (73.1, False)])
-def test_no_solid_line_is_crossed_within_3_m_of_a_junction(at_m, refused):
+def test_solid_line_crossing_near_junction_is_rejected(at_m, refused):
+    """No solid line is crossed within 3 m of a junction."""
     road = zones(ZoneKind.JUNCTION, 55.0, 70.0)
     policy = POLICY.model_copy(update={"solid_line": "autonomous"})
     case = replace(case_on([0.0] * 100, [0.0] * 100, [thing("it", 85.0)]), policy=policy)
@@ -342,20 +372,25 @@ WITH_SHOULDER = MULTI.model_copy(
 
 
 @pytest.mark.parametrize("behind_m", [0.0, 56.0])
-def test_every_lane_entered_is_looked_back_along_and_one_reason_is_told(behind_m):
+def test_sight_distance_behind_is_checked_for_each_entered_lane(behind_m):
+    """The sight behind is checked for each entered lane, and one reason is reported."""
     for left, shoulder in ((52.0, 1e3), (1e3, 52.0)):
         found = sight_distance.check_sight_distance(entering(left, shoulder, behind_m=behind_m))
         assert [r.code for r in found] == ([C.PATH_NOT_VISIBLE] if behind_m == 0.0 else [])
 
 
-def test_over_the_shoulder_cyclists_are_looked_for_and_in_a_lane_its_quickest():
-    """A cyclist needs 14 m behind, a car at the limit 50 m."""
+def test_sight_distance_behind_depends_on_fastest_road_user():
+    """On the shoulder, the sight behind is that for cyclists; in a lane, for its fastest traffic.
+
+    A cyclist needs 14 m behind, a car at the limit 50 m.
+    """
     for behind_m, seen in ((30.0, True), (5.0, False)):
         assert bool(sight_distance.check_sight_distance(entering(1e3, 52.0, behind_m=behind_m))) is not seen
     assert sight_distance.check_sight_distance(entering(52.0, 1e3, behind_m=30.0))
 
 
-def test_a_lane_that_is_entered_late_is_looked_at_when_it_is_due():
+def test_sight_distance_of_late_entry_is_checked_when_due():
+    """While a plan runs, a lane that is entered late is checked when the entry is due."""
     for at_m, due in ((105.0, False), (53.0, True)):
         assert (
             bool(sight_distance.check_sight_distance(replace(entering(at_m, 1e3, behind_m=0.0), running=True))) is due
@@ -373,7 +408,8 @@ def test_behind_a_long_lorry_nobody_unseen_is_feared(way):
     assert (sight_distance._behind(case, lane, 5, 13.0) if way < 0 else sight_distance._ahead(case, lane)) == []
 
 
-def test_between_ahead_and_back_the_vehicle_stops_and_no_plan_is_empty():
+def test_lay_out_reversal_needs_stop_and_plan_needs_behavior():
+    """Between forward and reverse the ego must be stopped, and an empty plan is rejected."""
     view = World(MULTI).view()
     for behaviors, failure in (
         ((Creep(distance_m=3.0), BackUp(distance_m=3.0)), PlanFailure.MUST_BE_STOPPED),
@@ -384,7 +420,8 @@ def test_between_ahead_and_back_the_vehicle_stops_and_no_plan_is_empty():
         assert raised.value.failure is failure
 
 
-def test_one_behaviour_goes_on_at_the_speed_at_which_the_one_before_it_ends():
+def test_lay_out_behavior_starts_at_speed_of_previous_end():
+    """A behavior begins at the speed at which the previous one ends."""
     view = World(MULTI, speed=3.0).view()
     keep = [KeepLane(distance_m=20.0, speed_mps=v) for v in (3.0, 5.0)]
     path = GUARD.lay_out(keep, view, False, NOBODY).path
@@ -412,16 +449,18 @@ def test_whose_scene_it_is_stands_in_the_reason(kind, rule):
         (70.0, 8.0 + 0.95 + 0.1, False),
     ],
 )
-def test_a_scene_counts_from_its_near_end_to_its_far_end(x, y, counts):
+def test_authority_scene_counts_from_near_end_to_far_end(x, y, counts):
+    """A scene counts from its near end to its far end, and up to 8 m beside the route."""
     case = case_on([0.0] * 80, [0.0] * 80, [thing("it", x, y, kind=K.SCHOOL_BUS, length=CAR_M, width=1.9)])
     assert bool(traffic_rules.authority(case)) is counts
 
 
 @pytest.mark.parametrize(("start_m", "end_m", "counts"), [(92.2, 99.0, True), (92.3, 99.0, False), (30.0, 47.6, True)])
-def test_a_level_crossing_counts_up_to_where_our_front_may_end(start_m, end_m, counts):
-    """Our rear is at 47.55 m, our front at 91.95 m when we stop, or 0.3 m further.
+def test_authority_level_crossing_counts_up_to_final_front(start_m, end_m, counts):
+    """A level crossing counts up to where the ego's front may end.
 
-    One that we stand on, and leave, does not count.
+    The rear is at 47.55 m, the front at 91.95 m at the stop, or 0.3 m farther. A crossing that the ego is on, and
+    leaves, does not count.
     """
     view = World(zones(ZoneKind.LEVEL_CROSSING, start_m, end_m)).view()
     case = replace(case_on([0.0] * 80, [0.0] * 80), view=view)
@@ -452,8 +491,11 @@ def test_who_gives_way_goes_on_giving_it_for_longer(giving_way):
     )
 
 
-def test_of_a_body_that_stands_askew_its_own_motion_counts_across_too():
-    """Turned by 0.5 rad at 5 m/s, hit from the side at 3 m/s against our own motion across."""
+def test_mitigation_impact_speed_includes_own_lateral_motion():
+    """The impact speed of a turned body includes its own lateral motion.
+
+    Turned by 0.5 rad at 5 m/s, hit from the side at 3 m/s against that lateral motion.
+    """
     case = case_on(
         [0.0] * 80, [0.5] * 80, [thing("it", 72.5, 4.5, sideways=-3.0, yaw=-math.pi / 2)], start_s=65.0, speed=5.0
     )
@@ -463,7 +505,8 @@ def test_of_a_body_that_stands_askew_its_own_motion_counts_across_too():
     assert found.speed_mps == pytest.approx(math.hypot(5.0 * math.cos(0.5), across), abs=0.15)
 
 
-def test_backing_up_the_body_straightens_over_about_3_m_and_never_swings_more():
+def test_back_up_body_straightens_over_3_m():
+    """In reverse, the body straightens over about 3 m and never swings out farther."""
     view = World(MULTI, yaw=0.3).view()
     path = GUARD.lay_out([BackUp(distance_m=6.0)], view, False, NOBODY).path
     yaw = tracked_path(path, view.backwards, POLICY.tracking, reverse=True).yaw

@@ -102,7 +102,8 @@ def test_guided_pass_within_the_limits_is_still_quicker():
 
 @pytest.mark.parametrize("guided", [False, True])
 @pytest.mark.parametrize("lead", [SLOW_CAR, thing("lead", 66.0, hazard=True)], ids=["moves", "stands"])
-def test_where_no_limit_is_known_nothing_is_quicker_than_a_recovery(guided, lead):
+def test_accept_unknown_speed_limit_caps_at_recovery_speed(guided, lead):
+    """Where no speed limit is known, no plan is faster than a recovery."""
     road = limited(TWO_WAY, None)
     assert RejectCode.OVERSPEED in judged(World(road, [lead], sight_m=400.0), FAST, guided=guided)[0]
 
@@ -139,8 +140,11 @@ def test_guided_plan_beside_people_is_no_quicker_than_a_recovery(aside_m, kind, 
     assert RejectCode.OVERSPEED not in judged(World(TWO_WAY, [far], sight_m=400.0), plan)[0]
 
 
-def test_person_who_walks_to_where_the_ego_is_quick_holds_it_back():
-    """Now the ego is not quick yet beside the walker; it will be where the walker then is."""
+def test_cap_predicts_pedestrian_where_ego_is_fast():
+    """A pedestrian who walks to where the ego will be fast caps its speed.
+
+    The ego is still slow beside the pedestrian now; it will be fast where the pedestrian then is.
+    """
     walker = thing("walker", 50.0, -3.3, kind=ObjectKind.PEDESTRIAN, speed=5.5)
     plan = KeepLane(distance_m=80.0, speed_mps=11.0)
     assert RejectCode.OVERSPEED in judged(World(TWO_WAY, [walker], sight_m=400.0), plan)[0]
@@ -158,7 +162,7 @@ def test_guided_pass_of_a_rider_is_quick_only_with_room(x, y, speed, quick):
     assert RejectCode.OVERSPEED not in judged(world, FAST.model_copy(update={"speed_mps": 5.5}))[0]
 
 
-def test_guided_plan_beside_a_door_is_no_quicker_than_a_recovery():
+def test_guided_plan_beside_door_is_capped_at_recovery_speed():
     parked = thing("parked", 95.0, -2.9)
     world = World(TWO_WAY, [parked], sight_m=400.0)
     found, _ = judged(world, KeepLane(distance_m=80.0, speed_mps=11.0))
@@ -175,7 +179,8 @@ def test_limit_that_falls_while_a_plan_runs_ends_it(x):
     assert set(verdict.codes) == {RejectCode.OVERSPEED} and verdict.abort is AbortAction.STOP
 
 
-def test_person_beside_the_path_of_a_running_quick_plan_ends_it():
+def test_recheck_pedestrian_beside_fast_plan_ends_it():
+    """A pedestrian who appears beside the path of a fast running plan ends it."""
     world = World(TWO_WAY, sight_m=400.0)
     _, proven = judged(world, KeepLane(distance_m=100.0, speed_mps=11.0))
     walker = thing("walker", 110.0, -3.0, kind=ObjectKind.PEDESTRIAN)

@@ -69,26 +69,34 @@ def test_what_is_not_seen_through_keeps_the_worst_case(told):
     assert may_come(**told) == (PhantomVehicle(edge, LIMIT_MPS, LIMIT_MPS),)
 
 
-def test_a_lane_that_ends_without_a_junction_keeps_the_worst_case():
+def test_phantom_lane_end_without_junction_is_worst_case():
+    """A lane that ends without a junction keeps the worst case."""
     road = crossroads().model_copy(update={"key": "no junction", "zones": ()})
     assert may_come(road=road) == WORST
 
 
-def test_a_road_on_which_nothing_goes_on_beyond_keeps_the_worst_case():
-    """A T-junction, or a route that turns: who comes straight on is not on a lane that is known."""
+def test_phantom_junction_without_lane_beyond_is_worst_case():
+    """A junction without a known lane beyond it keeps the worst case.
+
+    A T-junction, or a route that turns: through traffic is not on a known lane.
+    """
     road = crossroads()
     road = road.model_copy(update={"key": "T", "lanes": road.lanes[:2]})
     assert may_come(road=road) == WORST
 
 
-def test_who_is_seen_to_be_quicker_in_the_junction_is_believed():
+def test_phantom_fast_vehicle_in_junction_raises_speed():
+    """A vehicle that is perceived as faster in the junction raises the assumed speed."""
     turning, _ = may_come(thing("there", 158.0, 8.0, sideways=-10.0))
     assert turning.speed_mps == pytest.approx(10.0)
     assert may_come(thing("there", 158.0, 8.0, sideways=-14.0)) == WORST
 
 
-def test_who_turns_holds_the_lateral_acceleration_on_every_arc_that_fits():
-    """An arc that turns into the lane from a road at an angle needs R sin(angle) of the junction's length."""
+def test_turning_speed_keeps_lateral_acceleration_on_each_arc():
+    """A turning vehicle stays within the lateral acceleration on every arc that fits.
+
+    An arc that turns into the lane from a road at an angle needs R sin(angle) of the junction's length.
+    """
     most = turning_mps(20.0, POLICY.oncoming)
     for angle in np.linspace(POLICY.oncoming.least_crossing_rad, math.pi / 2, 20):
         radius = 20.0 / math.sin(angle)
@@ -96,7 +104,8 @@ def test_who_turns_holds_the_lateral_acceleration_on_every_arc_that_fits():
 
 
 @pytest.mark.parametrize("duration_s", [0.0, 0.7, 3.0, 12.0])
-def test_the_way_is_that_of_one_who_speeds_up_to_the_limit(duration_s):
+def test_phantom_distance_is_that_of_accelerating_to_limit(duration_s):
+    """A phantom vehicle covers the distance of a vehicle that accelerates to the speed limit."""
     one = PhantomVehicle(100.0, 6.0, 13.0, 3.0)
     t = np.linspace(0.0, duration_s, 20001)
     speed = np.minimum(6.0 + 3.0 * t, 13.0)
@@ -104,8 +113,11 @@ def test_the_way_is_that_of_one_who_speeds_up_to_the_limit(duration_s):
     assert one.way_m(duration_s) <= PhantomVehicle(100.0, 13.0, 13.0).way_m(duration_s)
 
 
-def test_nobody_who_turns_in_at_the_last_look_is_met_when_we_are_back():
-    """With just the sight that the model asks for, their front is the margin away, or more."""
+def test_phantom_turning_vehicle_distance_covers_simulated_vehicle():
+    """The distance of a turning phantom vehicle is at least that of a simulated one until the ego is back.
+
+    With just the required sight, its front is the margin away, or more.
+    """
     for length in (8.0, 16.0, 24.0):
         v, x, t = turning_mps(length, POLICY.oncoming), 0.0, 0.0
         turning = PhantomVehicle(0.0, v, LIMIT_MPS, POLICY.oncoming.turned_accelerates_mps2)
@@ -114,8 +126,11 @@ def test_nobody_who_turns_in_at_the_last_look_is_met_when_we_are_back():
         assert turning.way_m(7.0) >= x - 0.05
 
 
-def test_the_junction_makes_a_pass_possible_that_the_worst_case_refuses_and_the_verdict_says_by_how_much():
-    """Found by going through the sights: less is asked for, and never less than those who turn in need."""
+def test_sight_beyond_junction_reduces_required_sight_distance():
+    """Sight beyond the junction reduces the required sight distance, and the verdict reports by how much.
+
+    Found by trying sight distances: less is required, and never less than turning traffic needs.
+    """
     asked = []
     for beyond_m in (0.0, 300.0):
         case = case_of(beyond_m=beyond_m)
@@ -129,6 +144,6 @@ def test_the_junction_makes_a_pass_possible_that_the_worst_case_refuses_and_the_
     assert asked[1] < asked[0] - 2.0
 
 
-def with_sight(view, told):
-    sight = tuple(LaneSight(lane_id=name, ahead_m=ahead, behind_m=50.0) for name, ahead in told.items())
+def with_sight(view, lengths_m):
+    sight = tuple(LaneSight(lane_id=name, ahead_m=ahead, behind_m=50.0) for name, ahead in lengths_m.items())
     return FrenetScene(view.surroundings.model_copy(update={"sight": sight}))

@@ -87,7 +87,8 @@ def test_verdicts_are_as_they_were_kept(number):
         assert numbers == pytest.approx(before[k][0], abs=FIGURES), k
 
 
-def test_scenes_of_every_class_are_kept_and_verdicts_of_both_kinds():
+def test_stored_verdicts_cover_all_classes_and_both_outcomes():
+    """Scenes of every class are stored, with accepted and rejected plans."""
     assert {setting_of(SEED, number)[0] for number in range(SCENES)} == set(CLASSES)
     first = [row[1] for scene in kept().values() for row in scene.values()]
     assert 0.2 < sum(item == "ok" for item in first) / len(first) < 0.8

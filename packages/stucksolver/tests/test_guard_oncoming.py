@@ -37,11 +37,12 @@ def found(code, *others, road=ROAD, guard=GUARD, **world):
 def needed_m(road, guard=GUARD):
     """The sight that is asked for, as a verdict on less tells."""
     (reject,) = found(C.ONCOMING_SIGHT, road=road, guard=guard, sight_m=10.0)
-    assert reject.detail.startswith("sees 10 m of the oncoming lane, needs ")
+    assert reject.detail.startswith("oncoming lane: sight distance 10.0 m, required ")
     return 10.0 - reject.gap_m, reject.time_s
 
 
-def test_the_sight_asked_for_is_own_way_and_the_limit_times_the_time_and_10_m():
+def test_oncoming_sight_is_own_path_and_limit_distance_and_margin():
+    """The required sight is the ego's path, the speed limit times the time, and 10 m."""
     slow_m, time_s = needed_m(limited(10.0))
     quick_m, again_s = needed_m(limited(20.0))
     assert time_s == again_s
@@ -52,7 +53,8 @@ def test_the_sight_asked_for_is_own_way_and_the_limit_times_the_time_and_10_m():
     assert own_m == pytest.approx(inside[-1] - 50.0, abs=2.5)
 
 
-def test_a_lane_without_a_limit_is_taken_to_have_that_of_towns():
+def test_oncoming_sight_without_limit_assumes_50_kmh():
+    """A lane without a known limit is taken to have that of towns, 50 km/h."""
     assert needed_m(limited(None))[0] == pytest.approx(needed_m(limited(50 / 3.6))[0])
 
 
@@ -61,7 +63,8 @@ def test_the_margin_is_the_policys():
     assert needed_m(ROAD, wide)[0] - needed_m(ROAD)[0] == pytest.approx(20.0)
 
 
-def test_a_little_more_sight_than_asked_for_is_enough_and_a_little_less_is_not():
+def test_oncoming_sight_is_accepted_from_required_distance():
+    """A little more sight than required is enough, and a little less is not."""
     asked_m, _ = needed_m(ROAD)
     assert not found(C.ONCOMING_SIGHT, sight_m=asked_m + A_LITTLE)
     assert found(C.ONCOMING_SIGHT, sight_m=asked_m - A_LITTLE)
@@ -78,12 +81,15 @@ def met(x, speed=-10.0, y=LANE_M, **world):
 def free_from(speed):
     """Where a car must be at least so that it is not met."""
     (reject,) = found(C.ONCOMING_GAP, car(80.0, speed))
-    assert reject.object_id == "car" and reject.detail == f"car car comes at {-speed:.1f} m/s, 30 m ahead"
+    assert reject.object_id == "car" and reject.detail.startswith(
+        f"car car 30 m ahead: approaches at {-speed:.1f} m/s, "
+    )
     return 80.0 - reject.gap_m, reject.time_s
 
 
 @pytest.mark.parametrize("speed", [-3.0, -10.0])
-def test_who_comes_is_taken_to_be_1_mps_quicker_and_to_leave_us_1_5_s(speed):
+def test_oncoming_gap_assumes_1_mps_faster_and_1_5_s(speed):
+    """An oncoming vehicle is assumed 1 m/s faster and must still be 1.5 s away."""
     x, back_s = free_from(speed)
     assert met(x - A_LITTLE, speed) and not met(x + A_LITTLE, speed)
     other, _ = free_from(speed - 2.0)
@@ -111,7 +117,8 @@ def test_who_reaches_into_the_lane_at_all_is_in_it(edge):
     assert not met(90.0, y=edge - inwards * A_LITTLE)
 
 
-def test_one_who_is_met_is_found_behind_one_who_is_not():
+def test_oncoming_gap_finds_conflict_behind_other_vehicles():
+    """A conflicting vehicle is found behind one without a conflict."""
     past = thing("past", 20.0, LANE_M, speed=-10.0)
     assert found(C.ONCOMING_GAP, past, car(80.0)) and found(C.ONCOMING_GAP, car(80.0), past)
     aside = thing("aside", 80.0, -6.0, speed=-10.0)
@@ -134,4 +141,4 @@ def test_the_oncoming_lane_must_go_on_beside_the_whole_way():
     whole = World(ROAD, [LEAD]).view()
     path = GUARD.lay_out([BORROW], whole, False, NOBODY).path
     (found,) = oncoming_lane.oncoming(CheckContext(view, replace(path, enters=(lane,)), GUARD.policy))
-    assert found.code is C.OFF_ROAD and found.detail == "the oncoming lane ends beside the manoeuvre"
+    assert found.code is C.OFF_ROAD and found.detail == "the oncoming lane ends before the path does"

@@ -199,7 +199,8 @@ def over(behavior):
 @pytest.mark.integration
 @some
 @given(world=worlds, behavior=moving, eager=st.floats(0, 1), keen=st.floats(0, 1), data=st.data())
-def test_the_ego_of_an_accepted_plan_touches_nobody_who_does_as_assumed(world, behavior, eager, keen, data):
+def test_oracle_accepted_plan_touches_no_assumed_road_user(world, behavior, eager, keen, data):
+    """The ego of an accepted plan touches no road user that behaves as assumed."""
     proven = accepted(behavior, world)
     ticks = simulate(proven, world, eager, keen)
     start = ego_body(ticks[0])
@@ -217,7 +218,8 @@ def test_the_ego_of_an_accepted_plan_touches_nobody_who_does_as_assumed(world, b
 @pytest.mark.integration
 @some
 @given(world=worlds, behavior=moving, eager=st.floats(0, 1), share=st.floats(0, 1))
-def test_a_stop_at_any_moment_before_the_commit_point_is_safe(world, behavior, eager, share):
+def test_oracle_stop_before_commit_point_is_safe(world, behavior, eager, share):
+    """A stop at any time before the commit point is safe."""
     proven = accepted(behavior, world)
     free = simulate(proven, world, eager, eager)
     turn = -1.0 if proven.reverse else 1.0
@@ -297,7 +299,8 @@ def test_whatever_is_driven_over_is_all_that_the_rule_asks(bag, walker):
     eager=st.floats(0, 1),
     side=st.sampled_from([-1, 1]),
 )
-def test_no_door_opens_into_an_ego_that_is_quicker_than_walking(y, kind, speed, eager, side):
+def test_oracle_no_door_opens_into_ego_above_walking_pace(y, kind, speed, eager, side):
+    """No door opens into an ego that is faster than walking pace."""
     parked = thing("parked", 68.0, side * y, kind=kind)
     world = World(straight_road(), [parked])
     proven = accepted(KeepLane(distance_m=40.0, speed_mps=speed), world)
@@ -308,8 +311,11 @@ def test_no_door_opens_into_an_ego_that_is_quicker_than_walking(y, kind, speed, 
 
 @pytest.mark.parametrize("speed", [2.2, 4.0, 5.5])
 @pytest.mark.parametrize("y", [2.2, 2.35, 2.5, 2.65, 3.0])
-def test_one_who_steps_off_the_kerb_is_never_met_by_the_front(y, speed):
-    """Wherever we are by then: by braking after half a second, or by going on, we miss them."""
+def test_oracle_pedestrian_stepping_off_is_not_hit_by_front(y, speed):
+    """A pedestrian who steps off the curb is never hit by the front.
+
+    Wherever the ego is then, either braking after half a second or going on avoids the contact.
+    """
     walker = thing("walker", 75.0, -y, kind=K.PEDESTRIAN)
     world = World(straight_road(), [walker])
     _, proven = GUARD.accept([KeepLane(distance_m=40.0, speed_mps=speed)], world.view(), False)

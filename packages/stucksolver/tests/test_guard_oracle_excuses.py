@@ -91,7 +91,8 @@ def test_crosser_in_sight_when_the_plan_began_is_never_excused():
 
 
 @pytest.mark.integration
-def test_figures_say_how_long_it_was_visible_and_the_latest_stop():
+def test_figures_report_visible_time_and_latest_stop():
+    """The figures report how long the vehicle was visible and the latest stop that avoids it."""
     case = crosses_slowly(60.0, mps=6.0)
     figures = case.figures()
     assert figures["visible_s"] == pytest.approx(10.0, abs=1.5)
@@ -127,7 +128,9 @@ def test_pedestrian_is_excused_only_if_hidden_within_a_stopping_distance():
 
 
 @pytest.mark.integration
-def test_who_comes_through_a_body_is_void_only_if_no_stop_avoids_it():
+def test_through_body_is_void_only_if_no_stop_avoids():
+    """A contact with a vehicle that drove through another body is void only if no stop avoids it."""
+
     def case(reach_m):
         late = crosses_slowly(reach_m)
         setting = late.recording.start.setting
@@ -181,13 +184,15 @@ def passed_by_a_bike(room, drift):
     return case_of(setting, [(along(4.0), 10.0)], Manner(drift=drift, drift_rate=0.25, drifts_from=2.2))
 
 
-def test_who_filters_past_is_excused_only_with_less_room_than_assumed():
+def test_filtering_vehicle_is_excused_only_with_narrow_gap():
+    """A vehicle that filters past is excused only if its gap is narrower than assumed."""
     assert causes.filters(passed_by_a_bike(0.1, 0.4))
     wide = passed_by_a_bike(0.2, 0.8)
     assert not causes.filters(wide) and causes.excused_by(wide) is None
 
 
-def test_who_filters_past_is_not_excused_if_a_stop_avoids_it(monkeypatch):
+def test_filtering_vehicle_is_not_excused_if_stop_avoids(monkeypatch):
+    """A vehicle that filters past is not excused if a stop avoids it."""
     case = passed_by_a_bike(0.1, 0.4)
     monkeypatch.setattr(type(case), "no_stop_avoids", lambda *_: False)
     assert not causes.filters(case)
@@ -202,16 +207,22 @@ def sets_off(lead_s, cruise=4.0, ahead_m=10.0):
     return case_of(setting, [(along(3.0), 12.0)])
 
 
-def test_vehicle_that_sets_off_is_excused_only_if_we_were_alongside():
-    """It was in sight, at rest, all the time: the stop counts from when it moves."""
+def test_vehicle_setting_off_is_excused_only_if_alongside():
+    """A vehicle that sets off is excused only if the ego was alongside.
+
+    It was visible, at rest, all the time: the stop counts from when it moves.
+    """
     late, early = sets_off(-0.3), sets_off(5.0, cruise=0.35, ahead_m=20.0)
     assert late.first_visible == early.first_visible == 0
     assert causes.sets_off(late) and causes.excused_by(late)
     assert causes.excused_by(early) is None
 
 
-def test_who_sets_off_is_not_excused_on_foot_or_if_he_had_hardly_stood():
-    """A pedestrian steps off at any time (A5), and a vehicle that hardly stands has not stopped for anybody."""
+def test_setting_off_pedestrian_or_short_stop_is_not_excused():
+    """Setting off is no excuse for a pedestrian or for a vehicle that had hardly stopped.
+
+    A pedestrian steps off at any time (A5), and a vehicle that hardly stops has not stopped for a road user.
+    """
     on_foot, hardly = sets_off(-0.3), sets_off(-0.3)
     on_foot.contact.kind = "pedestrian"
     assert not causes.sets_off(on_foot)
@@ -219,8 +230,12 @@ def test_who_sets_off_is_not_excused_on_foot_or_if_he_had_hardly_stood():
     assert not causes.sets_off(hardly)
 
 
-def test_crosser_is_not_excused_if_the_ego_stopped_in_its_path_and_need_not_have():
-    """Seen when no stop avoids it any more, but going on would have: the guard's own stop was the fault."""
+def test_crosser_is_not_excused_if_own_stop_caused_contact():
+    """A crossing vehicle is not excused if the ego stopped in its path without need.
+
+    No stop avoided the contact any more when it became visible, but going on would have: the guard's own stop was the
+    fault.
+    """
     goes_on, stops = crosses_slowly(25.0, pace=1.2), crosses_slowly(25.0, pace=2.5, meets_s=8.5, stops_at_s=5.5)
     assert causes.hidden_crosser(goes_on)
     assert stops.stops.latest(stops.first_visible or 0) is None
@@ -237,7 +252,8 @@ def between(late_m=24.0, again=lambda _: True):
     return case_of(setting, [(along(1.2), 9.6), (STOP, 12.0)], again=again)
 
 
-def test_who_gives_way_to_a_late_comer_is_excused_only_if_all_goes_well_without_him():
+def test_caught_between_is_excused_only_without_late_vehicle():
+    """A yielding vehicle is excused only if the run without the late vehicle has no contact."""
     asked = []
     case = between(again=lambda names: asked.append(names) or True)
     assert case.contact.name == "near" and case.came_into_sight.keys() == {"far"}
@@ -259,7 +275,8 @@ def silent_case(orders, silent_from, awake=True, reach_m=200.0):
 
 
 @pytest.mark.integration
-def test_silence_is_an_excuse_only_past_the_commit_point_and_if_the_plan_is_good():
+def test_silence_is_excused_only_after_commit_point_of_good_plan():
+    """Silence is an excuse only past the commit point, and only if the plan is good."""
     path = along(1.2)
     assert causes.silent(silent_case([(path, 25.0)], 2.0))
     assert not causes.silent(silent_case([(path, 25.0)], 2.0, awake=False))
@@ -284,7 +301,8 @@ def runs_into_us(stands_s, role="follows us", mps=5.0):
     return case_of(setting, [(STOP, 20.0)])
 
 
-def test_who_runs_into_a_standing_vehicle_is_excused_only_if_able_to_stop():
+def test_rear_end_contact_is_excused_only_if_avoidable():
+    """A vehicle that hits the stopped ego is excused only if that vehicle was able to stop."""
     assert causes.runs_into_us(runs_into_us(4.0))
     assert causes.excused_by(runs_into_us(0.6)) is None
     assert causes.excused_by(runs_into_us(4.0, role="comes up in the lane entered")) is None
@@ -292,8 +310,11 @@ def test_who_runs_into_a_standing_vehicle_is_excused_only_if_able_to_stop():
 
 @pytest.mark.integration
 @pytest.mark.parametrize(("reach_m", "excused"), [(38.0, True), (90.0, False)])
-def test_crosser_that_hits_a_standing_vehicle_is_excused_only_if_seen_late(reach_m, excused):
-    """The ego stops in its lane and stands for 4 s; seen from afar, it could have stopped short of the lane."""
+def test_crosser_hitting_stopped_ego_is_excused_only_if_late(reach_m, excused):
+    """A crossing vehicle that hits the stopped ego is excused only if it was visible late.
+
+    The ego stops in its lane for 4 s. With sight from afar, it could have stopped short of the lane.
+    """
     car = crossing("car", STREET, EGO_S + 11.0, 8.0 * 12.5, -math.pi / 2, 8.0, "crosses")
     setting = Setting(STREET, [car], ego_s=EGO_S, ego_speed=1.2, reach_m=reach_m)
     case = case_of(setting, [(along(1.2), 7.5), (STOP, 12.0)])
@@ -312,7 +333,8 @@ def train_hits(leader_gap, leader_mps):
 
 
 @pytest.mark.integration
-def test_train_is_excused_only_behind_a_leader_that_leaves_no_room():
+def test_train_is_excused_only_if_lead_leaves_no_gap():
+    """A train is excused only behind a lead vehicle that leaves no gap."""
     assert causes.trapped(train_hits(1.5, 0.3))
     assert not causes.trapped(train_hits(3.0, 4.0)) and causes.excused_by(train_hits(3.0, 4.0)) is None
 
@@ -324,7 +346,8 @@ def kerb(trigger, stops_after=math.inf, mps=5.0, d=-2.0):
     return case_of(setting, [(along(mps), min(stops_after, 10.0)), (STOP, 10.0)])
 
 
-def test_step_off_into_our_side_is_excused_and_one_met_by_the_front_is_not():
+def test_step_off_into_side_is_excused_and_front_is_not():
+    """A pedestrian who steps into the ego's side is excused; one hit by the front is not."""
     assert causes.into_our_side(kerb(0.3))
     front = kerb(4.0)
     assert front.contact.part == "front" and causes.excused_by(front) is None
@@ -339,8 +362,11 @@ def test_step_off_into_a_front_that_stands_is_excused():
     assert not causes.into_our_front(case)
 
 
-def test_ego_that_pushes_its_side_into_somebody_who_steps_off_is_not_excused():
-    """What closes the gap is the ego's own move to the side."""
+def test_ego_moving_side_into_step_off_is_not_excused():
+    """An ego that pushes its side into a pedestrian who steps off is not excused.
+
+    The ego's own lateral move closes the gap.
+    """
     case = kerb(0.3)
     before = case.frames[-2]
     case.frames[-1] = replace(case.frames[-1], other=replace(before.other, x=before.other.x - 0.2))

@@ -110,7 +110,8 @@ def test_a_number_that_cannot_be_is_refused(value):
         ClearancePolicy(standing_gap_m=value)
 
 
-def test_a_divisor_is_not_zero_and_a_misspelt_number_is_named():
+def test_policy_zero_divisor_or_misspelled_number_is_rejected():
+    """A divisor must not be zero, and a misspelled number is rejected with its name."""
     with pytest.raises(ValidationError, match="response_braking_mps2"):
         RssPolicy(response_braking_mps2=0.0)
     with pytest.raises(ValidationError, match="standing_gap"):
@@ -122,8 +123,11 @@ def test_a_policy_survives_json():
     assert GuardPolicy.model_validate_json(own.model_dump_json()) == own != GuardPolicy()
 
 
-def test_the_guard_judges_by_its_own_policy_and_not_by_the_default():
-    """Doors that reach 0.9 m are in the way of a quick plan past a parked car 0.7 m beside us; short ones are not."""
+def test_guard_uses_its_own_policy():
+    """The guard uses its own policy and not the default.
+
+    Doors that reach 0.9 m are in the way of a fast plan past a parked car 0.7 m beside the ego; short ones are not.
+    """
     world, plan = World(straight_road(), [thing("parked", 75.0, -2.6)]), [KeepLane(distance_m=40.0, speed_mps=5.0)]
     assert not Guard().accept(plan, world.view(), False)[0].accepted
     assert Guard(GuardPolicy(doors=DoorPolicy(reach_m=0.2))).accept(plan, world.view(), False)[0].accepted

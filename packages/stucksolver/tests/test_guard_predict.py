@@ -105,7 +105,8 @@ def least_gap(case, i, stations, t):
 
 
 @pytest.mark.parametrize("number", sample(range(60), 20))
-def test_gaps_to_what_moves_are_those_of_each_hypothesis_one_by_one(number):
+def test_moving_gaps_match_each_hypothesis_computed_separately(number):
+    """Gaps to moving objects are those of each hypothesis, computed one by one."""
     draw = random.Random(number)
     case = some_case(draw, running=bool(number % 2))
     t = prediction.times(case)
@@ -141,7 +142,9 @@ def test_whoever_comes_near_is_looked_at_but_those_who_follow(number):
             assert i not in found, view.objects[i]
 
 
-def test_who_follows_is_left_out_and_who_backs_up_or_comes_across_is_not():
+def test_relevant_follower_is_left_out_and_reversing_vehicle_is_not():
+    """A follower is left out. A vehicle that backs up or comes across is not."""
+
     def looked_at(**more):
         path = FrenetPath(50.0 + 0.5 * np.arange(40), np.zeros(40), np.full(40, 5.0))
         view = World(straight_road(), [thing("it", **{"x": 40.0, "y": 0.0, "speed": 6.0} | more)]).view()
@@ -172,7 +175,8 @@ def test_what_is_driven_over_is_not_looked_at():
 
 
 @pytest.mark.parametrize("number", range(20))
-def test_a_plan_is_examined_until_the_sluggish_ego_is_at_its_end(number):
+def test_times_last_until_slow_ego_is_at_end(number):
+    """A plan is examined until the slow ego is at its end, for at most 30 s."""
     case = some_case(random.Random(2000 + number), count=0)
     t = prediction.times(case)
     assert t[0] == 0.0 and np.allclose(np.diff(t), 0.2)
@@ -192,7 +196,8 @@ def test_a_very_slow_plan_is_foretold_for_half_a_minute():
 
 
 @pytest.mark.parametrize(("aside_m", "part"), [(0.0, 1.0), (0.9, 0.5)])
-def test_gaps_to_what_stands_are_those_of_the_boxes_at_each_station(aside_m, part):
+def test_stationary_gaps_match_boxes_at_each_station(aside_m, part):
+    """Gaps to stationary objects are those of the boxes at each station."""
     draw = random.Random(7)
     objects = [thing(f"o{k}", draw.uniform(50, 70), draw.uniform(-4, 4), yaw=draw.uniform(0, 3)) for k in range(6)]
     d = np.linspace(0.0, 2.0, 40)
@@ -220,7 +225,8 @@ def hypotheses(speed, x, ego_mps=3.0, sideways=0.0, y=0.0, over_at_m=None, acros
     return len(list(prediction.predictions(CheckContext(view, path, POLICY), which, t, which)))
 
 
-def test_who_is_overtaking_us_is_not_taken_to_brake_and_who_only_goes_quicker_is():
+def test_hypotheses_overtaking_vehicle_does_not_brake():
+    """A vehicle that is overtaking the ego is not assumed to brake; one that is only faster is."""
     assert hypotheses(4.1, 45.0) == 1, "overtaking: goes on"
     assert hypotheses(3.9, 45.0) == 2, "goes on, or brakes"
     assert hypotheses(2.5, 45.0) == 2
@@ -229,7 +235,8 @@ def test_who_is_overtaking_us_is_not_taken_to_brake_and_who_only_goes_quicker_is
     assert hypotheses(0.2, 60.0) == 1, "as good as stands"
 
 
-def test_who_is_beside_us_still_overtakes_while_we_can_stop_out_of_their_way():
+def test_hypotheses_vehicle_alongside_overtakes_while_ego_can_stop():
+    """A vehicle alongside still overtakes while the ego can stop out of its path."""
     assert hypotheses(7.0, 53.0, y=3.5) == 1, "passes beside us"
     assert hypotheses(7.0, 53.0, y=3.5, over_at_m=6.0) == 1, "we enter their way later, and can stop before"
     assert hypotheses(7.0, 53.0, y=3.5, over_at_m=1.0) == 2, "we could not stop any more"
@@ -239,14 +246,18 @@ def test_who_is_beside_us_still_overtakes_while_we_can_stop_out_of_their_way():
 
 
 @pytest.mark.parametrize(("gap_m", "ways"), [(0.4, 1), (0.35, 1), (0.15, 2)])
-def test_beside_who_is_placed_vaguely_their_room_is_not_kept_besides_the_uncertainty(gap_m, ways):
-    """With 0.3 m beside where they seem to be, or with none if they are nearer by two standard deviations."""
+def test_hypotheses_uncertain_vehicle_needs_gap_or_uncertainty(gap_m, ways):
+    """Beside an uncertain vehicle, the gap is not kept in addition to the uncertainty.
+
+    0.3 m beside the estimated place, or none if the vehicle is nearer by two standard deviations.
+    """
     y = 1.85 / 2 + 1.9 / 2 + gap_m
     assert hypotheses(7.0, 53.0, y=y, ego_mps=0.0, over_at_m=6.0, across_sd_m=0.1) == ways
     assert hypotheses(7.0, 53.0, y=y, ego_mps=0.0, over_at_m=6.0) == (1 if gap_m > 0.3 else 2)
 
 
-def test_the_room_of_who_passes_is_that_of_the_policy_or_the_uncertainty_whichever_is_more():
+def test_gap_to_passing_vehicle_is_reduced_by_uncertainty():
+    """The gap to a passing vehicle is that of the policy or the uncertainty, whichever is larger."""
     objects = [thing("it", 53.0, 3.5).model_copy(update={"across_sd_m": sd}) for sd in (None, 0.1, 0.2)]
     path = FrenetPath(50.0 + 0.5 * np.arange(40), np.zeros(40), np.full(40, 5.0))
     case = CheckContext(World(straight_road(), objects).view(), path, POLICY)

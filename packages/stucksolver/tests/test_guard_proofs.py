@@ -101,7 +101,8 @@ def answers_for_itself(o, case):
 @pytest.mark.integration
 @many
 @given(world=worlds, behavior=behaviors, share=st.floats(0.0, 1.0), braking=st.booleans())
-def test_no_profile_between_slow_and_quick_meets_anything_that_moves_as_assumed(world, behavior, share, braking):
+def test_accepted_plan_at_any_profile_touches_no_assumed_mover(world, behavior, share, braking):
+    """No profile between the slow and the fast ego touches an object that moves as assumed."""
     case, _ = accepted(behavior, world)
     when = case.slow.t + share * (case.quick.t - case.slow.t)
     movers = [o for o in world.objects if not answers_for_itself(o, case)]
@@ -134,7 +135,8 @@ def test_no_accepted_path_leads_into_what_stands(world, behavior):
 @pytest.mark.integration
 @settings(max_examples=MANY, suppress_health_check=list(HealthCheck))
 @given(sight=st.floats(0.0, 400.0), x=st.floats(60.0, 80.0), speed=st.floats(2.0, 11.0), limit=st.floats(5.0, 25.0))
-def test_no_borrow_is_accepted_with_less_sight_than_the_rule_asks_for(sight, x, speed, limit):
+def test_accepted_lane_borrow_has_required_sight_distance(sight, x, speed, limit):
+    """No lane borrow is accepted with less sight than the rule requires."""
     lanes = tuple(lane.model_copy(update={"speed_limit_mps": limit}) for lane in TWO_WAY.lanes)
     road = TWO_WAY.model_copy(update={"lanes": lanes, "key": f"limit-{limit}"})
     world = World(road, [thing("lead", x)], sight_m=sight)
@@ -158,7 +160,8 @@ def test_no_borrow_is_accepted_with_less_sight_than_the_rule_asks_for(sight, x, 
     distance=st.floats(-0.9, 2.0) | st.floats(20.0, 90.0),
     state=st.sampled_from([LightState.RED, LightState.YELLOW, LightState.UNKNOWN]),
 )
-def test_no_accepted_path_crosses_the_line_of_a_light_that_is_not_green(world, behavior, distance, state):
+def test_accepted_path_stops_before_light_that_is_not_green(world, behavior, distance, state):
+    """No accepted path crosses the line of a light that is not green."""
     world.controls = (red_light(distance, state),)
     case, _ = accepted(behavior, world)
     assert case.path.end_s + case.view.ego.length_m / 2 <= case.view.ego_front_s + distance + 1e-6
@@ -167,7 +170,8 @@ def test_no_accepted_path_crosses_the_line_of_a_light_that_is_not_green(world, b
 @pytest.mark.integration
 @many
 @given(world=worlds, behavior=behaviors)
-def test_before_the_commit_point_a_stop_keeps_the_body_out_of_the_other_lane(world, behavior):
+def test_stop_before_commit_point_stays_out_of_other_lane(world, behavior):
+    """A stop before the commit point keeps the body out of the other lane."""
     case, proven = accepted(behavior, world)
     if commit_s(proven) is None:
         return
@@ -198,8 +202,12 @@ def test_nothing_is_accepted_on_old_news(world, behavior, age):
     assert not GUARD.accept([behavior], world.view(), True)[0].accepted
 
 
-def test_a_walker_between_the_quick_and_the_slow_ego_is_seen_coming():
-    """The quick ego is past before the walker comes, the slow one is not there yet; one in between meets it."""
+def test_pedestrian_between_fast_and_slow_ego_is_predicted():
+    """A pedestrian between the fast and the slow ego rejects the plan.
+
+    The fast ego has passed before the pedestrian comes, the slow one is not there yet; one in between hits the
+    pedestrian.
+    """
     found = set()
     for start in np.arange(-30.0, -3.0, 0.5):
         walker = thing("walker", 110.0, float(start), kind=ObjectKind.PEDESTRIAN, sideways=1.5)
@@ -222,10 +230,11 @@ REACTION_S, FOLLOWER_MPS2 = 1.0, 3.5
 @pytest.mark.integration
 @many
 @given(st.floats(8.0, 60.0), st.floats(1.0, 12.0), st.floats(3.0, 8.0), st.sampled_from(["quick", "slow"]))
-def test_who_comes_from_behind_stops_short_of_what_is_in_their_lane(behind_m, speed, gap_m, which):
-    """Whatever their speed and distance: they go on until we enter, react for a second, and brake as they must.
+def test_follower_of_accepted_lane_change_stops_in_time(behind_m, speed, gap_m, which):
+    """A follower stops short of the ego in its lane, whatever its speed and distance.
 
-    Those who are past us by then just drive on.
+    It goes on until the ego enters, reacts for a second, and brakes as it must. A vehicle that is past the ego at
+    the entry just drives on.
     """
     lead = thing("lead", 52.3 + gap_m + 2.4, hazard=True)
     world = World(MULTI, [lead, thing("follower", 50.0 - behind_m, LANE_M, speed=speed)])

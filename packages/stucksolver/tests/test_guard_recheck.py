@@ -76,7 +76,8 @@ def test_an_oncoming_car_before_the_commit_point_means_stop():
 
 @pytest.mark.integration
 @pytest.mark.parametrize("others", [[ONCOMING], [thing("wreck", 78.0, LANE_M, kind=ObjectKind.BARRIER)]])
-def test_after_the_commit_point_there_is_no_stop_in_the_oncoming_lane(others):
+def test_recheck_after_commit_point_does_not_stop_in_oncoming_lane(others):
+    """After the commit point, the ego does not stop in the oncoming lane."""
     world, proven = borrowing()
     world.objects += others
     world.controls = (red_light(60.0),)
@@ -91,7 +92,8 @@ def test_after_the_commit_point_there_is_no_stop_in_the_oncoming_lane(others):
     assert aborts - {None, AbortAction.STOP}
 
 
-def test_with_room_behind_the_obstacle_the_way_out_is_back_to_the_lane():
+def test_recheck_gap_behind_obstacle_allows_return_to_lane():
+    """With a gap behind the obstacle, the ego returns to its lane."""
     world, proven = borrowing()
     world.objects.append(thing("oncoming", 150.0, LANE_M, speed=-12.0))
     beyond = 72.0 + 2.3 + 2.45 + 3.0
@@ -106,7 +108,8 @@ def test_beside_the_obstacle_there_is_no_way_back():
     assert GUARD.way_back(put(world, proven, 70.0).view()) is None
 
 
-def test_the_commit_point_comes_before_the_body_enters_the_other_lane():
+def test_commit_point_is_before_body_enters_other_lane():
+    """The commit point comes before the body enters the other lane."""
     world, proven = borrowing()
     lane = proven.path.enters[0]
     first = next(
@@ -117,7 +120,8 @@ def test_the_commit_point_comes_before_the_body_enters_the_other_lane():
     assert world.x <= commit_s(proven) < first
 
 
-def test_a_change_there_and_back_commits_only_when_it_leaves_the_lane():
+def test_commit_point_of_double_lane_change_is_at_leaving():
+    """A lane change there and back commits only when it leaves the lane."""
     world = World(MULTI, [thing("lead", 72.0)])
     proven = begin([LEFT, RIGHT], world)
     assert commit_s(proven) > world.x
@@ -127,7 +131,8 @@ def test_a_change_there_and_back_commits_only_when_it_leaves_the_lane():
     assert {r.code for r in verdict.rejects} == {RejectCode.LANE_ENTRY}
 
 
-def test_a_way_that_never_leaves_the_lane_has_no_commit_point():
+def test_commit_point_is_none_within_own_lane():
+    """A path that never leaves the lane has no commit point."""
     assert commit_s(begin([KeepLane(distance_m=30.0, speed_mps=5.0)], World(TWO_WAY))) is None
 
 
@@ -151,7 +156,8 @@ def sign(distance):
 
 @pytest.mark.parametrize("committed", [False, True])
 @pytest.mark.parametrize("control", [sign, partial(red_light, state=LightState.OFF)])
-def test_a_light_that_goes_dark_or_a_sign_that_comes_into_sight_is_stopped_at(control, committed):
+def test_recheck_dark_light_or_new_stop_sign_stops(control, committed):
+    """A light that goes dark or a sign that becomes visible is stopped at."""
     world = World(MULTI, controls=(red_light(50.0, LightState.GREEN),))
     proven = begin([LEFT], world)
     put(world, proven, proven.path.s[0] + 1.0 if not committed else commit_s(proven) + 20.0)
@@ -197,7 +203,8 @@ def test_strayed_into_the_oncoming_lane_there_is_no_stop():
     assert verdict.abort is AbortAction.RETURN_TO_LANE
 
 
-def test_a_walker_who_steps_out_stops_a_way_in_the_own_lane():
+def test_recheck_pedestrian_stepping_out_stops_path_in_lane():
+    """A pedestrian who steps out stops a path in the ego's lane."""
     world = World(TWO_WAY)
     proven = begin([KeepLane(distance_m=40.0, speed_mps=5.0)], world)
     world.objects.append(thing("walker", 75.0, -3.0, kind=ObjectKind.PEDESTRIAN, sideways=1.0))
@@ -218,7 +225,8 @@ def nosing_in(gap_m, speed, reaches_m=0.3, giving_way=False, own_mps=1.5, sd_m=N
     return GUARD.recheck(proven, world.view(), giving_way)
 
 
-def test_who_does_not_let_us_in_is_let_by_as_long_as_there_is_room_beside_our_nose():
+def test_recheck_follower_not_yielding_is_let_pass_with_gap():
+    """A follower that does not yield is let pass while a gap is left beside the ego's front."""
     assert nosing_in(12.0, 10.0).abort is AbortAction.YIELD
     assert nosing_in(12.0, 10.0, reaches_m=1.2).abort is not AbortAction.YIELD, "no room is left: the way is finished"
 
@@ -240,13 +248,17 @@ def test_going_on_takes_a_longer_gap_than_giving_way():
     assert 20.0 < ends[0] < ends[1] < 100.0
 
 
-def test_with_way_left_before_their_way_the_nose_goes_on_up_to_it():
+def test_recheck_yielding_front_goes_on_up_to_conflict_path():
+    """With distance left before the follower's path, the ego goes on up to it."""
     assert nosing_in(12.0, 10.0, 0.1, giving_way=True, own_mps=0.0).accepted
     assert nosing_in(12.0, 10.0, 0.6, giving_way=True, own_mps=0.0).abort is AbortAction.YIELD
 
 
-def test_by_sensors_the_nose_stays_where_it_is_until_who_was_given_way_to_has_passed():
-    """A look at which nothing was wrong let the ego go on, 20 m before a car at 12 m/s that sensors saw waver."""
+def test_recheck_sensor_mode_yields_until_named_vehicle_has_passed():
+    """In sensor mode, the ego yields until the named vehicle has passed.
+
+    Before, a tick without a rejection let the ego go on, 20 m before a car at 12 m/s whose tracked position varied.
+    """
     named, other = frozenset({"behind"}), frozenset({"other"})
     seen = [nosing_in(20.0, 12.0, 0.1, to, own_mps=0.0, sd_m=0.05) for to in (named, other, False)]
     assert [verdict.abort is AbortAction.YIELD for verdict in seen] == [True, False, False]
@@ -255,7 +267,8 @@ def test_by_sensors_the_nose_stays_where_it_is_until_who_was_given_way_to_has_pa
 
 
 @pytest.mark.parametrize(("sd_m", "second"), [(0.05, {"a", "b"}), (None, {"b"})])
-def test_by_sensors_whoever_was_named_once_stays_named_while_the_ego_gives_way(monkeypatch, sd_m, second):
+def test_recheck_sensor_mode_keeps_named_vehicles_while_yielding(monkeypatch, sd_m, second):
+    """In sensor mode, a vehicle that was named once stays named while the ego yields."""
     world, asked = World(MULTI), []
     running = Execution(RecoveryPlan(behaviors=(LEFT,)), GUARD, guided=False)
 
@@ -278,8 +291,11 @@ def test_by_sensors_whoever_was_named_once_stays_named_while_the_ego_gives_way(m
 
 
 @pytest.mark.integration
-def test_who_speeds_up_a_little_does_not_end_a_plan_begun_in_good_order():
-    """To begin, they must get by with gentle braking; once begun, a bit harder will do."""
+def test_recheck_slightly_faster_follower_ends_no_plan():
+    """A follower that speeds up a little does not end a plan that was accepted.
+
+    At the start, gentle braking of the follower must be enough; later, it may brake a bit harder.
+    """
     world = World(MULTI)
     gaps = np.arange(5.0, 80.0, 0.5)
     begun = begin([LEFT], world)
@@ -300,7 +316,8 @@ def test_who_speeds_up_a_little_does_not_end_a_plan_begun_in_good_order():
 @pytest.mark.integration
 @pytest.mark.parametrize("appears_at", [50.0, 51.0, 51.5, 52.0])
 @pytest.mark.parametrize("gap_m", [15.0, 20.0, 25.0, 30.0])
-def test_who_comes_from_behind_and_never_yields_passes_our_nose_without_touching_it(appears_at, gap_m):
+def test_execution_follower_never_yielding_passes_without_contact(appears_at, gap_m):
+    """A follower that never yields passes the ego's front without contact."""
     world = World(MULTI)
     execution = Execution(
         RecoveryPlan(behaviors=(ChangeLane(side="left", distance_m=30.0, speed_mps=1.5),)), GUARD, False
@@ -337,7 +354,8 @@ def test_a_free_way_back_is_driven_on():
     assert execution.tick(world.view(), 1.1) == order
 
 
-def test_on_the_way_back_who_steps_into_it_is_braked_for_and_then_let_go():
+def test_way_back_pedestrian_is_braked_for_until_gone():
+    """On the way back, the ego brakes for a pedestrian who steps into its path, and then goes on."""
     world, execution, order = strayed()
     world.x, world.y = 61.0, 2.4
     world.objects.append(thing("walker", 68.0, 1.2, kind=ObjectKind.PEDESTRIAN))
@@ -347,7 +365,8 @@ def test_on_the_way_back_who_steps_into_it_is_braked_for_and_then_let_go():
     assert execution.tick(world.view(), 1.2) == order
 
 
-def test_whoever_stands_on_the_way_back_before_somebody_is_handed_over():
+def test_way_back_stopped_before_pedestrian_hands_back():
+    """An ego that has stopped before a pedestrian on the way back ends the plan."""
     world, execution, _ = strayed()
     world.x, world.y, world.speed = 61.0, 2.4, 0.0
     world.objects.append(thing("walker", 65.0, 1.2, kind=ObjectKind.PEDESTRIAN))
@@ -393,7 +412,8 @@ STANDS_LEFT = thing("lead", FRONT_M + 2.1 + 2.3, 1.0)
 """Its rear is 2.1 m ahead of our front: 2 m until what counts as contact."""
 
 
-def test_braking_for_what_one_is_drawn_to_counts_from_when_the_brakes_bite():
+def test_drift_contact_braking_counts_from_brake_lag():
+    """Braking for an object that the ego drifts to counts from when the brakes act."""
     met = [drawn(STANDS_LEFT, braking=b, lag_s=lag) for b, lag in ((0.0, 0.3), (1.0, 0.3), (1.0, 0.0), (1.0, 5.0))]
     # 3 m/s: of 2 m, 0.9 m are gone before the brakes bite. v^2 = 9 - 2 b s.
     wanted = [3.0, np.sqrt(9.0 - 2 * 1.1), np.sqrt(9.0 - 2 * 2.0), 3.0]
@@ -405,19 +425,22 @@ def test_a_steady_error_leads_nowhere():
     assert drawn(STANDS_LEFT, error_rad=0.0) is None
 
 
-def test_the_nearest_of_those_one_is_drawn_to_is_met_first_and_a_cyclist_is_a_person():
+def test_drift_contact_nearest_object_is_first_and_cyclist_is_person():
+    """Of the objects that the ego drifts to, the nearest is hit first. A cyclist counts as a person."""
     cyclist = thing("cyclist", FRONT_M + 1.1 + 0.9, 1.0, kind=ObjectKind.BICYCLE)
     one, two = drawn(cyclist, braking=1.0, lag_s=0.0), drawn(STANDS_LEFT, braking=1.0, lag_s=0.0, more=[cyclist])
     assert one.person and two.person and not drawn(STANDS_LEFT).person
     assert two.speed_mps == one.speed_mps == pytest.approx(np.sqrt(9.0 - 2 * 1.0), abs=0.04)
 
 
-def test_what_is_near_from_the_start_and_comes_no_nearer_is_not_met():
+def test_drift_contact_near_object_without_approach_is_none():
+    """An object that is near from the start and comes no nearer is not hit."""
     beside = thing("beside", 50.0, 0.95 + 0.95 + 0.05)
     assert drawn(beside) is None
 
 
-def test_the_ego_s_side_of_its_path_is_where_the_error_points_from_5_cm_on():
+def test_drift_side_counts_from_error_of_5_cm():
+    """The side to which the ego drifts is that of its error, from 5 cm on."""
     case = CheckContext(
         World(TWO_WAY, [thing("left", 60.0, 1.0), thing("level", 70.0, 0.0)]).view(), drawn_path(), GUARD.policy
     )
@@ -426,20 +449,23 @@ def test_the_ego_s_side_of_its_path_is_where_the_error_points_from_5_cm_on():
     assert is_on_drift_side(replace(case, error_m=0.049), both).tolist() == [False, False]
 
 
-def test_a_way_straight_on_is_looked_at_in_steps_no_longer_than_what_counts_as_contact():
+def test_gaps_at_heading_steps_are_within_contact_distance():
+    """A straight path is checked in steps no longer than the distance that counts as contact."""
     case = CheckContext(World(TWO_WAY, [thing("lead", 90.0)]).view(), drawn_path(), GUARD.policy)
     gaps = gaps_at_heading(case, np.array([0]), 20.0)[:, 0]
     assert -np.diff(gaps).min() <= GUARD.policy.harm.touch_m + 1e-9
     assert gaps[0] - gaps[-1] == pytest.approx(20.0)
 
 
-def test_a_stop_whose_brakes_bite_already_is_shorter_by_the_way_of_the_lag():
+def test_braking_profile_without_lag_is_shorter_by_lag_distance():
+    """A stop whose brakes already act is shorter by the distance of the lag."""
     case = CheckContext(World(TWO_WAY, speed=4.0).view(), drawn_path(), GUARD.policy)
     ends = [braking_profile(case, 2.0, lag_s)[0][-1] - case.path.s[0] for lag_s in (None, 0.3, 0.0)]
     assert ends == pytest.approx([4.0 + 1.2, 4.0 + 1.2, 4.0])
 
 
-def test_a_way_back_is_judged_as_a_plan_that_runs_and_says_whom_it_brakes_for():
+def test_recheck_way_back_reports_object_that_is_braked_for():
+    """The way back is checked like a running plan, and the verdict names the object to brake for."""
     world, _, _ = strayed()
     path = GUARD.way_back(world.view())
     world.x, world.y, world.yaw = 61.0, 2.4, -0.1
@@ -450,7 +476,8 @@ def test_a_way_back_is_judged_as_a_plan_that_runs_and_says_whom_it_brakes_for():
     assert [r.object_id for r in verdict.rejects] == ["walker"]
 
 
-def test_on_the_way_back_too_an_error_that_grows_is_braked_for(monkeypatch):
+def test_recheck_way_back_passes_growing_error_to_mitigation(monkeypatch):
+    """On the way back, too, the ego brakes for an error that grows."""
     seen = []
     monkeypatch.setattr(
         guard_module, "least_harmful_option", lambda case, giving: seen.append((case, giving)) or FINISH

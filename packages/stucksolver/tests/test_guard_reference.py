@@ -52,7 +52,8 @@ def rearmost(s, d, turn, border, from_right):
 
 @pytest.mark.parametrize("from_right", [True, False])
 @pytest.mark.parametrize("number", NUMBERS)
-def test_the_tail_of_the_body_beyond_a_border_is_that_of_the_polygon(number, from_right):
+def test_tail_inside_border_matches_polygon_of_body(number, from_right):
+    """The tail of the body beyond a border is that of the polygon."""
     draw = random.Random(number)
     sign = 1.0 if from_right else -1.0
     turn = np.full(60, draw.uniform(0.05, 0.6)) * sign
@@ -73,7 +74,8 @@ def test_the_tail_of_the_body_beyond_a_border_is_that_of_the_polygon(number, fro
         assert before < sign * border + 1e-6, "... and was not before"
 
 
-def test_a_body_that_goes_straight_along_a_border_is_beyond_it_as_a_whole_or_not_at_all():
+def test_tail_inside_border_straight_body_is_whole_or_none():
+    """A body that moves straight along a border is beyond it as a whole or not at all."""
     for d, tail_m in ((0.0, LENGTH_M / 2), (2.0, -LENGTH_M / 2)):
         case = case_on([d] * 10, [0.0] * 10)
         tail = lane_entry.tail_inside_border_s(case, 0, np.full(10, 1.5), True)
@@ -82,7 +84,8 @@ def test_a_body_that_goes_straight_along_a_border_is_beyond_it_as_a_whole_or_not
 
 
 @pytest.mark.parametrize("y", [0.0, LANE_M])
-def test_a_lane_is_entered_across_the_border_on_our_side_of_it(y):
+def test_lane_entry_tail_uses_border_on_ego_side(y):
+    """A lane is entered across the border on the ego's side."""
     side = "left" if y == 0.0 else "right"
     case = case_of(World(MULTI, y=y), ChangeLane(side=side, distance_m=30.0, speed_mps=5.0))
     (lane,) = case.path.enters
@@ -109,7 +112,8 @@ def reaches(now, when, limit, alongside=0.0):
 
 @pytest.mark.parametrize("reaction_s", [0.5, 1.0])
 @pytest.mark.parametrize("number", NUMBERS)
-def test_who_comes_from_behind_speeds_up_reacts_and_brakes_by_4_5(number, reaction_s):
+def test_could_not_stop_follower_accelerates_reacts_and_brakes(number, reaction_s):
+    """A follower speeds up, reacts and brakes with 4.5 m/s²."""
     draw = random.Random(number)
     now, when, ours = draw.uniform(1.0, 13.0), draw.uniform(0.3, 3.0), draw.uniform(0.3, 5.0)
     way, speed = reaches(now, when, 13.4)
@@ -124,12 +128,15 @@ def test_who_comes_from_behind_speeds_up_reacts_and_brakes_by_4_5(number, reacti
         assert (found is not None) is refused
         if found is not None:
             assert found.time_s == when and found.gap_m == pytest.approx(needed - 0.05, abs=0.01)
-            assert found.detail == f"car behind does not yield: {found.gap_m:.1f} m behind"
+            assert found.detail.startswith(f"car behind behind: gap {found.gap_m:.1f} m, required ")
 
 
 @pytest.mark.parametrize(("beyond_m", "past"), [(0.05, True), (-0.05, False)])
-def test_whose_rear_is_past_our_front_by_then_is_past_us(beyond_m, past):
-    """At the limit already: 13.4 m/s for a second."""
+def test_could_not_stop_vehicle_past_ego_front_is_ignored(beyond_m, past):
+    """A vehicle whose rear is past the ego's front at the entry is past the ego.
+
+    At the limit already: 13.4 m/s for a second.
+    """
     x = 50.5 + LENGTH_M / 2 + CAR_M / 2 - 13.4 + beyond_m
     case = case_on([0.0] * 4, [0.0] * 4, [thing("by", x, LANE_M, speed=13.4)])
     run = SpeedProfile(np.array([0.0, 1.0, 1.2, 1.4]), np.full(4, 2.0))
@@ -137,8 +144,11 @@ def test_whose_rear_is_past_our_front_by_then_is_past_us(beyond_m, past):
     assert (found is None) is past
 
 
-def test_without_a_lane_of_known_limit_they_may_speed_up_to_that_of_towns():
-    """Far off the road: from 13 m/s, two seconds, to 50 km/h."""
+def test_could_not_stop_unknown_limit_assumes_50_kmh():
+    """Without a lane of known limit, a follower may speed up to the limit of towns.
+
+    Far off the road: from 13 m/s, two seconds, to 50 km/h.
+    """
     nowhere = thing("behind", 10.0, 40.0, speed=13.0)
     case = case_on([0.0] * 4, [0.0] * 4, [nowhere])
     assert case.view.lane_of[0] is None
@@ -155,14 +165,17 @@ def test_without_a_lane_of_known_limit_they_may_speed_up_to_that_of_towns():
     ("own", "front", "needed"),
     [(5.0, 0.0, 2.5 + 25 / 6), (5.0, 4.0, 2.5 + 25 / 6 - 1.0), (2.0, 1.0, 1.0 + 4 / 6 - 1 / 16), (2.0, 10.0, 0.0)],
 )
-def test_from_whom_we_come_in_behind_we_keep_our_way_to_stop_less_theirs(own, front, needed):
+def test_entry_gap_to_lead_is_difference_of_stopping_distances(own, front, needed):
+    """Behind a lead vehicle, the ego keeps its stopping distance less that of the lead."""
     case = case_on([0.0] * 4, [0.0] * 4)
-    assert lane_entry._behind_whom(case, own, front) == pytest.approx(needed)
+    assert lane_entry._follow_distance_m(case, own, front) == pytest.approx(needed)
 
 
 @pytest.mark.parametrize("running", [False, True])
 @pytest.mark.parametrize("where", ["ahead", "behind"])
-def test_the_gap_to_one_ahead_or_behind_is_that_at_the_entry_of_the_sluggish_ego(running, where):
+def test_entry_gap_is_taken_at_entry_of_slow_ego(running, where):
+    """The gap to a vehicle ahead or behind is that at the entry of the slow ego."""
+
     def entering(x):
         change = ChangeLane(side="left", distance_m=30.0, speed_mps=5.0)
         case = case_of(World(MULTI, [thing("it", x, LANE_M, speed=4.0)]), change, running=running)
@@ -185,8 +198,11 @@ def test_the_gap_to_one_ahead_or_behind_is_that_at_the_entry_of_the_sluggish_ego
     assert found.gap_m == pytest.approx(float(tail[room.argmin()] - tail.min() + 2.0))
 
 
-def test_who_is_behind_the_quick_ego_and_ahead_of_the_sluggish_one_is_beside_one_in_between():
-    """Far enough from both of them, and refused all the same."""
+def test_entry_gap_vehicle_between_fast_and_slow_ego_rejects():
+    """A vehicle behind the fast ego and ahead of the slow one is alongside an ego in between.
+
+    It is far enough from both of them, and the entry is still rejected.
+    """
     plan = (KeepLane(distance_m=100.0, speed_mps=5.0), ChangeLane(side="left", distance_m=30.0, speed_mps=5.0))
     straddles = 0
     for x in np.arange(-60.0, 60.0, 1.0):
@@ -210,7 +226,8 @@ def entry(case, lane):
 
 @pytest.mark.parametrize("edge", [-1.0, 1.0])
 @pytest.mark.parametrize(("inwards_m", "counts"), [(0.1 + 0.01, True), (0.1 - 0.01, False)])
-def test_who_reaches_over_a_lanes_border_by_more_than_its_line_is_in_it(edge, inwards_m, counts):
+def test_lane_entry_vehicle_over_border_line_is_in_lane(edge, inwards_m, counts):
+    """A vehicle that reaches over the border of a lane by more than its line is in that lane."""
     y = LANE_M + edge * (LANE_M / 2 + 0.95 - inwards_m)
     first = thing("aside", 45.0, -8.0, speed=4.0)
     lanes = ChangeLane(side="left", distance_m=30.0, speed_mps=5.0)
@@ -219,7 +236,8 @@ def test_who_reaches_over_a_lanes_border_by_more_than_its_line_is_in_it(edge, in
     assert bool(entry(case, lane)) is counts
 
 
-def test_whom_we_pass_is_no_traffic_in_the_borrowed_lane_but_is_in_one_of_our_direction():
+def test_lane_entry_passed_object_counts_only_in_same_direction():
+    """The passed object is no traffic in the borrowed lane, but is in a lane of the ego's direction."""
     creeps = thing("lead", 62.0, 1.2, speed=0.6)
     case = case_of(World(straight_road(), [creeps]), BorrowOncomingLane(past_object_id="lead", speed_mps=5.0))
     (lane,) = case.path.enters
@@ -233,7 +251,8 @@ def test_whom_we_pass_is_no_traffic_in_the_borrowed_lane_but_is_in_one_of_our_di
     assert entry(replace(case, path=replace(case.path, passes=("it",))), lane)
 
 
-def test_from_beside_every_lane_there_is_no_lane_to_come_back_to():
+def test_lane_entry_without_start_lane_rejects_nothing():
+    """From a place beside every lane, there is no lane to return to."""
     d = np.linspace(20.0, 0.0, 60)
     view = World(straight_road(), [thing("it", 60.0, speed=2.0)], y=20.0).view()
     path = FrenetPath(50.0 + 0.5 * np.arange(60), d, np.full(60, 2.0))
@@ -242,7 +261,9 @@ def test_from_beside_every_lane_there_is_no_lane_to_come_back_to():
     assert lane_entry.lane_entry(case) == []
 
 
-def test_back_in_our_own_lane_somebody_may_be_too_near_too():
+def test_lane_entry_return_to_own_lane_checks_traffic():
+    """On the return to the ego's lane, a vehicle there may be too near as well."""
+
     def codes(*others):
         world = World(straight_road(), [thing("lead", 62.0), *others])
         return {r.object_id for r in lane_entry.lane_entry(case_of(world, PAST_LEAD))}
@@ -269,7 +290,8 @@ def borrowed(zones=(), **world):
 
 
 @pytest.mark.parametrize(("aside_m", "in_it"), [(0.05, False), (-0.05, True)])
-def test_a_zone_counts_within_3_m_of_the_body_in_the_oncoming_lane(aside_m, in_it):
+def test_oncoming_zone_within_3_m_of_body_rejects(aside_m, in_it):
+    """A zone counts within 3 m of the body in the oncoming lane."""
     _, first, last = borrowed()
     for start, end in (
         (20.0, first - LENGTH_M / 2 - 3.0 - aside_m),
@@ -278,7 +300,7 @@ def test_a_zone_counts_within_3_m_of_the_body_in_the_oncoming_lane(aside_m, in_i
         case, _, _ = borrowed((Zone(kind=ZoneKind.LEVEL_CROSSING, start_m=start, end_m=end),))
         zone = [r for r in oncoming_lane.oncoming(case) if r.code is C.ZONE]
         assert bool(zone) is in_it
-        assert not zone or zone[0].detail == "the plan would use the oncoming lane in a level crossing"
+        assert not zone or zone[0].detail == "oncoming lane used within 3.0 m of a level crossing"
 
 
 def test_the_first_of_two_zones_does_not_hide_the_second():
@@ -293,7 +315,8 @@ def test_the_first_of_two_zones_does_not_hide_the_second():
 
 
 @pytest.mark.parametrize(("more_m", "free"), [(0.02, True), (-0.02, False)])
-def test_who_comes_is_1_5_s_from_our_front_when_we_are_back(more_m, free):
+def test_oncoming_gap_is_1_5_s_to_ego_front(more_m, free):
+    """An oncoming vehicle is 1.5 s from the ego's front when the ego is back."""
     case, _, last = borrowed()
     back_s = float(case.slow.t[round((last - case.path.s[0]) / 0.5)])
     x = last + LENGTH_M / 2 + CAR_M / 2 + 11.0 * (back_s + 1.5) + more_m
@@ -307,7 +330,8 @@ def test_who_comes_is_1_5_s_from_our_front_when_we_are_back(more_m, free):
     assert free or found[0].gap_m == pytest.approx(more_m, abs=1e-6)
 
 
-def test_a_way_that_ends_in_the_oncoming_lane_is_looked_at_to_its_end():
+def test_oncoming_sight_covers_path_ending_in_oncoming_lane():
+    """A path that ends in the oncoming lane is checked to its end."""
     case, _, _ = borrowed(sight_m=10.0)
     ends = int(np.flatnonzero(case.inside(case.path.enters[0]))[-1])
     for k in (ends, ends - 1):
@@ -321,7 +345,8 @@ def test_a_way_that_ends_in_the_oncoming_lane_is_looked_at_to_its_end():
         assert found.gap_m == pytest.approx(10.0 - (own_m + 13.4 * slow + 10.0))
 
 
-def test_lanes_of_our_own_direction_before_it_hide_no_oncoming_lane():
+def test_oncoming_lane_is_checked_behind_lanes_of_own_direction():
+    """Lanes of the ego's direction before it do not hide an oncoming lane."""
     road = straight_road(left=LineKind.BROKEN)
     view = World(road, sight_m=10.0).view()
     lanes = {lane.strip.id: lane for lane in view.frame.lanes}
@@ -355,7 +380,8 @@ def pressed(x, y, speed, d_end, *, own_mps=1.0, kind=ObjectKind.CAR, giving_way=
 
 
 @pytest.mark.parametrize("side", [-1.0, 1.0])
-def test_on_either_side_whoever_comes_up_close_does_not_let_us_in(side):
+def test_rear_traffic_close_beside_ego_rejects_lateral_move(side):
+    """On either side, a vehicle that comes up close beside the ego rejects a move into its path."""
     beside = side * (0.925 + 0.95 + 0.35)
     assert pressed(40.0, beside, 8.0, side * 1.0)
     assert not pressed(40.0, beside, 8.0, 0.0), "we stay out of their way"
@@ -370,9 +396,12 @@ def test_on_either_side_whoever_comes_up_close_does_not_let_us_in(side):
 
 
 @pytest.mark.parametrize("side", [-1.0, 1.0])
-def test_those_who_need_room_beside_us_must_be_able_to_stop_behind_our_tail(side):
-    """We are in their way a metre on, after 1.1 s at 0.85 m/s: they do 10.2 m/s by then, react in half a second, and
-    brake by 4.5 m/s², to stop behind our tail 2.45 m behind."""
+def test_rear_traffic_needing_gap_must_stop_behind_ego_tail(side):
+    """Traffic that needs the gap beside the ego must be able to stop behind its tail.
+
+    The ego is in its path a meter on, after 1.1 s at 0.85 m/s. The vehicle is at 10.2 m/s then, reacts in half a
+    second, and brakes with 4.5 m/s², to stop behind the ego's tail 2.45 m behind.
+    """
     y = side * (0.925 + 0.95 + 0.3 + 0.2)
     refused = [x for x in np.arange(5.0, 40.0, 0.25) if pressed(float(x), y, 8.0, side * 0.3)]
     way, speed = reaches(8.0, 1.12, 13.4)
@@ -394,9 +423,11 @@ def test_whose_rear_is_before_our_front_is_not_behind_us():
     assert not pressed(front + CAR_M / 2 + 0.1, y, 0.5, 1.0)
 
 
-def test_a_way_that_meets_theirs_later_than_a_stop_takes_is_a_matter_of_then():
-    """At 1 m/s, and 1.15 m/s a tick later: 0.12 m until then, 0.22 m of braking, 0.5 s and 0.5 m, in all 1.41 m before
-    the body comes within 0.3 m of theirs.
+def test_rear_traffic_conflict_beyond_stop_is_checked_later():
+    """A conflict that is farther away than a stop takes is checked later.
+
+    At 1 m/s, and 1.15 m/s a tick later: 0.12 m until then, 0.22 m of braking, 0.5 s and 0.5 m, in all 1.41 m before
+    the body comes within 0.3 m of the other vehicle's path.
     """
 
     def comes_in(at_m):

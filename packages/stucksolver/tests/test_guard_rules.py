@@ -178,7 +178,8 @@ def test_a_passenger_may_confirm_a_bag_but_not_conjure_one():
     assert codes(OVER, bag(kind_confidence=0.4), approvals=yes) == {C.NOT_PASSABLE}
 
 
-def test_past_an_emergency_scene_one_moves_over_by_a_whole_lane():
+def test_emergency_scene_is_passed_in_whole_adjacent_lane():
+    """The ego passes an emergency scene only if a whole lane is free beside it."""
     over = ChangeLane(side="left", distance_m=40.0, speed_mps=5.0)
     police = thing("police", 65.0, kind=K.EMERGENCY, emergency_lights=True)
     astride = thing("police", 65.0, 1.2, kind=K.EMERGENCY, emergency_lights=True)
@@ -186,7 +187,8 @@ def test_past_an_emergency_scene_one_moves_over_by_a_whole_lane():
     assert C.AUTHORITY in codes(over, World(MULTI, [astride]))
 
 
-def test_the_policy_may_release_emergency_scenes_and_nothing_else_with_them():
+def test_policy_releases_only_emergency_scenes():
+    """The policy may permit emergency scenes, and permits nothing else with them."""
     policy = GuardPolicy(emergency_scene=ApprovalLevel.AUTONOMOUS)
     assert codes(BORROW, lead(kind=K.EMERGENCY, emergency_lights=True), policy=policy) == set()
     assert codes(BORROW, lead(kind=K.SCHOOL_BUS), policy=policy) == {C.AUTHORITY}
@@ -202,7 +204,8 @@ def test_an_operator_releases_one_scene_and_not_another(rule):
     assert codes(slow, world, approvals=Approvals(operator=frozenset({rule}))) == set()
 
 
-def test_a_red_light_is_released_by_an_operator_only_and_only_for_creeping():
+def test_red_light_needs_operator_approval_and_creeping():
+    """A red light is passed only with an operator's approval, and only at a creep."""
     world = World(TWO_WAY, controls=(red_light(4.0),))
     slow, quick = KeepLane(distance_m=20.0, speed_mps=2.0), AHEAD
     operator = Approvals(operator=frozenset({"red_light"}))
@@ -213,7 +216,7 @@ def test_a_red_light_is_released_by_an_operator_only_and_only_for_creeping():
 
 
 @pytest.mark.parametrize("kind", [ControlKind.TRAFFIC_LIGHT, ControlKind.STOP_SIGN])
-def test_a_dark_light_and_a_stop_sign_are_passed_after_a_stop_and_creeping(kind):
+def test_dark_light_or_stop_sign_is_passed_creeping_after_stop(kind):
     state = LightState.OFF if kind is ControlKind.TRAFFIC_LIGHT else None
     slow, quick = KeepLane(distance_m=20.0, speed_mps=2.0), AHEAD
 
@@ -250,8 +253,11 @@ def test_what_must_be_slow_is_slow(behavior):
     assert C.OVERSPEED in codes(behavior, GOOD_BAG, policy=policy) or behavior.name == "creep"
 
 
-def test_a_crossing_car_that_a_stop_would_meet_leaves_no_abort():
-    """It passes behind us as we go on, and would hit us if we stopped."""
+def test_accept_stop_in_path_of_crossing_car_is_rejected():
+    """A crossing car that a stop would meet leaves no safe abort.
+
+    It passes behind the ego if the ego goes on, and would hit the ego at a stop.
+    """
     found = set()
     for y in (-40.0, -32.0, -28.0, -24.0, -20.0, -16.0):
         world = World(TWO_WAY, [thing("car", 66.0, y, sideways=6.0, yaw=1.57)], speed=5.0)
@@ -259,7 +265,8 @@ def test_a_crossing_car_that_a_stop_would_meet_leaves_no_abort():
     assert found & {C.COLLISION, C.NO_ABORT, C.GAP}
 
 
-def test_standing_is_refused_on_a_level_crossing_and_in_an_oncoming_lane():
+def test_allows_standing_on_rails_or_in_oncoming_lane_is_rejected():
+    """A wait on a level crossing or in an oncoming lane is rejected."""
     guard = Guard()
     for behavior in (Wait(duration_s=3.0), RequestAssistance(reason="blocked")):
         crossing = World(zoned(ZoneKind.LEVEL_CROSSING, 48.0, 52.0))
@@ -270,7 +277,9 @@ def test_standing_is_refused_on_a_level_crossing_and_in_an_oncoming_lane():
         assert guard.allows_standing(behavior, World(TWO_WAY).view()).accepted
 
 
-def test_where_a_standing_car_fills_the_lane_behind_less_needs_to_be_seen():
+def test_back_up_to_stopped_car_needs_less_sight():
+    """Where a stopped car fills the lane behind, less of that lane needs to be visible."""
+
     def behind(y, kind=K.CAR, speed=0.0):
         # The car's front is 4.9 m behind our bumper.
         return World(TWO_WAY, [thing("behind", 50.0 - 2.45 - 4.9 - 2.3, y, kind=kind, speed=speed)], behind_m=7.35)

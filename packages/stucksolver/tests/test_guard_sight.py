@@ -46,8 +46,11 @@ def test_what_is_seen_ahead_must_do_for_a_stop(sight_m):
     assert RejectCode.PATH_NOT_VISIBLE in codes(FAR, World(MULTI, sight_m=sight_m))
 
 
-def test_a_sight_that_ends_at_somebody_known_is_as_good_as_theirs():
-    """A lorry before us hides the road: it is followed, and what lies beyond it is not our way yet."""
+def test_sight_ending_at_lead_vehicle_is_enough():
+    """A sight that ends at a known vehicle is as good as that vehicle.
+
+    A truck ahead hides the road: the ego follows it, and its path does not reach beyond it yet.
+    """
     lorry = thing("lorry", 65.0, speed=4.0, height=3.0)
     near_m = 65.0 - 2.3 - 50.0
     world = World(straight_road(), [lorry], sight_m=near_m - 2.0)
@@ -69,8 +72,11 @@ def test_behind_who_is_known_nobody_unseen_is_feared():
 
 
 @pytest.mark.parametrize("x", [47.0, 49.0, 51.0, 53.0])
-def test_a_lorry_that_is_passing_beside_us_ends_the_sight_behind_wherever_it_is(x):
-    """Its front is ahead of us already, its rear behind: a sight that ends at our middle ends at the lorry."""
+def test_sight_behind_ends_at_truck_passing_alongside(x):
+    """A truck that passes alongside ends the sight behind, wherever it is.
+
+    Its front is ahead of the ego already, its rear behind: a sight that ends at the ego's middle ends at the truck.
+    """
     lorry = thing("lorry", x, LANE_M, speed=9.0, length=9.0, height=3.0)
     change = ChangeLane(side="left", distance_m=40.0, speed_mps=5.0)
     assert RejectCode.PATH_NOT_VISIBLE not in codes(change, World(MULTI, [lorry], behind_m=0.0))

@@ -38,19 +38,23 @@ def turns(limit_mps, behind_m, ahead_m=400.0, objects=()):
 
 @pytest.mark.integration
 @given(limit_mps=st.floats(20 * KMH, 130 * KMH), share=st.floats(0.5, 0.99))
-def test_turn_with_less_sight_than_a_stop_at_the_limit_is_refused(limit_mps, share):
+def test_turn_around_sight_below_stop_at_limit_is_rejected(limit_mps, share):
+    """A turn with less sight than a stop at the speed limit takes is rejected."""
     seen_m = share * lemma2_m(limit_mps)
     assert turns(limit_mps, behind_m=seen_m) == {RejectCode.PATH_NOT_VISIBLE}
     assert turns(limit_mps, behind_m=400.0, ahead_m=seen_m) == {RejectCode.PATH_NOT_VISIBLE}
 
 
 @pytest.mark.parametrize(("limit_kmh", "behind_m"), [(30, 24.0), (50, 50.0), (70, 75.0), (100, 129.0), (130, 199.0)])
-def test_turn_with_the_sight_of_a_stop_at_the_limit_is_accepted(limit_kmh, behind_m):
-    """Seen from the middle of the ego; the turn sweeps some metres behind it."""
+def test_turn_around_sight_of_stop_at_limit_is_accepted(limit_kmh, behind_m):
+    """A turn with the sight that a stop at the speed limit takes is accepted.
+
+    The sight starts at the middle of the ego; the turn sweeps some meters behind it.
+    """
     assert turns(limit_kmh * KMH, behind_m=behind_m) == set()
 
 
-def test_turn_with_62_m_of_sight_at_100_kmh_is_refused():
+def test_turn_around_62_m_sight_at_100_kmh_is_rejected():
     assert turns(100 * KMH, behind_m=62.0) == {RejectCode.PATH_NOT_VISIBLE}
 
 
@@ -78,8 +82,11 @@ CHANGE = ChangeLane(side="left", distance_m=40.0, speed_mps=5.0)
 @example(plan=CHANGE, limit_mps=30.0, behind_m=60.0, speed=0.0)
 @example(plan=CHANGE, limit_mps=36.0, behind_m=150.0, speed=0.0)
 @example(plan=RejoinRoute(speed_mps=11.0), limit_mps=20.0, behind_m=60.0, speed=5.5)
-def test_traffic_that_comes_into_sight_too_late_for_an_abort_can_brake(plan, limit_mps, behind_m, speed):
-    """Unseen traffic is at the end of the sight, at the limit, at the last moment at which the entry is given up."""
+def test_entry_traffic_visible_too_late_for_abort_can_brake(plan, limit_mps, behind_m, speed):
+    """Traffic that becomes visible too late for an abort can brake.
+
+    Phantom traffic is at the end of the sight, at the limit, at the last time at which the entry can be aborted.
+    """
     world = World(
         limited(MULTI, limit_mps),
         x=200.0,
@@ -109,13 +116,17 @@ def test_traffic_that_comes_into_sight_too_late_for_an_abort_can_brake(plan, lim
 
 @pytest.mark.parametrize("speed", [0.0, 5.0])
 @pytest.mark.parametrize("limit_kmh", [30, 40, 50])
-def test_lane_change_in_towns_needs_no_more_than_60_m_behind(limit_kmh, speed):
-    """What stacks know of the road behind them is enough up to 50 km/h."""
+def test_lane_change_up_to_50_kmh_needs_60_m_behind(limit_kmh, speed):
+    """A lane change in towns needs no more than 60 m of sight behind.
+
+    The road behind that stacks report is enough up to 50 km/h.
+    """
     world = World(limited(MULTI, limit_kmh * KMH), x=200.0, speed=speed, behind_m=56.0)
     assert GUARD.accept([CHANGE], world.view(), False)[0].accepted
 
 
-def test_lane_change_where_a_vehicle_ends_the_sight_needs_no_more():
+def test_lane_change_vehicle_at_end_of_sight_is_enough():
+    """A lane change needs no more sight where a known vehicle ends it."""
     lorry = thing("lorry", 160.0, LANE_M, speed=1.0, height=3.0)
     world = World(limited(MULTI, 100 * KMH), [lorry], x=200.0, behind_m=37.0)
     assert GUARD.accept([CHANGE], world.view(), False)[0].accepted

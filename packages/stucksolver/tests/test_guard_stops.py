@@ -53,7 +53,8 @@ def driven(t, v, braking, lag):
 
 
 @pytest.mark.parametrize(("speed", "braking"), [(0.0, None), (2.0, None), (5.0, None), (5.0, 6.0)])
-def test_braking_now_is_driven_as_the_vehicle_brakes_and_looked_at_until_it_has_stood_3_s(speed, braking):
+def test_braking_profile_follows_vehicle_until_3_s_after_stop(speed, braking):
+    """The profile brakes as the vehicle does and lasts until the vehicle has been stopped for 3 s."""
     stations, t = abort_stops.braking_profile(case_of(speed=speed), braking)
     for at, place in list(zip(t, stations, strict=True))[:: max(len(t) // 8, 1)]:
         assert place - 50.0 == pytest.approx(driven(at, speed, braking or 3.0, 0.3), abs=0.02)
@@ -94,7 +95,8 @@ def met_by_stopping(case, thing_x, thing_y, speed, free):
 
 
 @pytest.mark.parametrize("number", range(40))
-def test_a_stop_that_meets_somebody_before_it_is_over_is_no_safe_way_out(number):
+def test_stops_with_contact_before_standstill_are_not_safe(number):
+    """A stop that hits an object before it is over is not a safe way out."""
     draw = random.Random(number)
     x, y, speed = draw.uniform(60.0, 75.0), draw.uniform(-25.0, -8.0), draw.uniform(2.0, 6.0)
     case = case_of([crosses(x, y, speed)], zones=(), stations=48, speed=draw.uniform(0.0, 4.0))
@@ -106,7 +108,7 @@ def test_a_stop_that_meets_somebody_before_it_is_over_is_no_safe_way_out(number)
         assert bool(found) is bool(least < 0.0)
     if found:
         assert found[0].code is C.NO_ABORT and found[0].object_id == "it"
-        assert found[0].detail == f"an abort would hit car it after {found[0].time_s:.1f} s"
+        assert found[0].detail == f"car it: contact at {found[0].time_s:.1f} s after an abort"
         if speed >= POLICY.prediction.sets_off_mps:
             assert abs(y + speed * found[0].time_s) < HALF_WIDTH_M + 2.3 + speed * SURE_S + 0.1
 
@@ -116,8 +118,11 @@ ALL_FREE = np.zeros(48, bool)
 
 
 @pytest.mark.parametrize(("stations", "first", "tried"), [(48, 0, 8), (96, 0, 16), (150, 0, 15), (150, 100, 9)])
-def test_stops_are_tried_every_3_m_and_no_more_than_16_along_a_long_way(monkeypatch, stations, first, tried):
-    """Each is driven as the plan says, and braked from its own place on; then it is over."""
+def test_stops_are_tried_every_3_m_and_at_most_16(monkeypatch, stations, first, tried):
+    """Stops are tried every 3 m along a path, and no more than 16 of them.
+
+    Each is driven as planned, and braked from its own place on; then it is over.
+    """
     looked = []
     plain = abort_stops.moving_gaps
 
@@ -141,13 +146,15 @@ def test_stops_are_tried_every_3_m_and_no_more_than_16_along_a_long_way(monkeypa
                 assert place == pytest.approx(expected, abs=1e-9)
 
 
-def test_who_is_met_on_the_way_to_a_stop_speaks_against_it_too():
+def test_stops_with_contact_on_the_way_are_not_safe():
+    """An object that would be hit on the way to a stop rejects it as well."""
     no_stop = np.ones(48, bool)
     no_stop[44:] = False
     assert abort_stops.are_stops_safe(case_of([crosses(55.0, -8.0, 3.0)], zones=(), stations=48), no_stop)
 
 
-def test_somebody_who_stands_is_no_matter_nor_is_anybody_where_no_stop_is_left():
+def test_stops_ignore_stopped_objects_and_paths_without_stop():
+    """A stopped object does not matter, and no object matters where no stop is left."""
     case = case_of([crosses(**MEETS)], zones=(), stations=48)
     assert abort_stops.are_stops_safe(case, ALL_FREE)
     assert not abort_stops.are_stops_safe(case, ~ALL_FREE)
@@ -157,7 +164,8 @@ def test_somebody_who_stands_is_no_matter_nor_is_anybody_where_no_stop_is_left()
     assert abort_stops.are_stops_safe(case_of([stands, other], zones=(), stations=48), ALL_FREE)[0].object_id == "other"
 
 
-def test_who_goes_ahead_of_us_in_our_direction_is_followed_and_not_stopped_for():
+def test_stops_ignore_lead_vehicle_in_same_direction():
+    """A lead vehicle in the ego's direction is followed, and no stop is rejected for it."""
     ahead = thing("ahead", 56.0, speed=1.0)
     assert not abort_stops.are_stops_safe(case_of([ahead], zones=(), stations=48, speed=5.0), ALL_FREE)
     assert abort_stops.are_stops_safe(case_of([ahead, crosses(**MEETS)], zones=(), stations=48), ALL_FREE)
@@ -166,7 +174,8 @@ def test_who_goes_ahead_of_us_in_our_direction_is_followed_and_not_stopped_for()
     assert abort_stops.are_stops_safe(case_of([comes], zones=(), stations=48, speed=5.0), ALL_FREE)
 
 
-def test_who_is_in_contact_already_is_met_only_by_coming_nearer():
+def test_stops_in_contact_count_only_approach():
+    """An object in contact already counts as hit only if it comes nearer."""
     beside = thing("beside", 50.0, HALF_WIDTH_M + 0.95 - 0.05, speed=-0.3)
     assert not abort_stops.are_stops_safe(case_of([beside], zones=(), stations=4, path_mps=0.5), np.zeros(4, bool))
 
@@ -183,7 +192,8 @@ FAR_AHEAD = {"x": 75.0, "y": -15.0, "speed": 5.0}
 
 @pytest.mark.parametrize("speed", [0.0, 3.0])
 @pytest.mark.parametrize(("giving_way", "within_s"), [(False, 2.5), (True, 6.0)])
-def test_way_is_given_to_those_who_would_be_met_soon_after_the_stop(giving_way, within_s, speed):
+def test_junction_stop_yields_to_contacts_soon_after_stop(giving_way, within_s, speed):
+    """The ego yields to traffic that would be hit soon after the stop."""
     case = case_of([crosses(**FAR_AHEAD)], speed=speed)
     assert case.view.elsewhere[0]
     latest = 0.3 + speed / 3.0 + within_s
@@ -213,7 +223,8 @@ def test_a_stop_that_lets_by_leaves_half_a_metre(speed, gap_m, lets):
     )
 
 
-def test_who_stands_already_and_gives_way_stands_on_as_long_as_nobody_hits_it():
+def test_junction_stop_already_stopped_stays_without_contact():
+    """An ego that has stopped to yield stays stopped as long as no vehicle hits it."""
     for gap_m, lets in ((A_LITTLE, True), (-A_LITTLE, False)):
         assert abort_stops.is_junction_stop_clear(case_of([before_the_nose(gap_m, 0.0)]), against(), True) is lets
     assert not abort_stops.is_junction_stop_clear(case_of([before_the_nose(0.3, 0.0)]), against(), False)
@@ -222,7 +233,8 @@ def test_who_stands_already_and_gives_way_stands_on_as_long_as_nobody_hits_it():
         assert abort_stops.is_junction_stop_clear(braking, against(), True) is lets
 
 
-def test_everybody_counts_until_the_stop_has_stood_its_time_not_only_who_is_named():
+def test_junction_stop_checks_all_traffic_until_its_end():
+    """All traffic counts until the end of the stop, not only the named vehicle."""
     named = crosses(**FAR_AHEAD)
     case = case_of([named, before_the_nose(0.2, 3.0).model_copy(update={"id": "other"})], speed=3.0)
     assert not abort_stops.is_junction_stop_clear(case, against(), False)
@@ -251,8 +263,11 @@ def test_who_leaves_us_is_let_go_however_near():
         ((*JUNCTION, zone(ZoneKind.LEVEL_CROSSING, 40.0, 45.0)), True),
     ],
 )
-def test_way_is_given_in_junctions_and_on_their_crosswalks_and_never_on_rails(zones, lets):
-    """From 4 m/s the stop ends 3.9 m on."""
+def test_junction_stop_is_allowed_on_crosswalks_but_not_rails(zones, lets):
+    """The ego yields in junctions and on their crosswalks, and never on rails.
+
+    From 4 m/s the stop ends 3.9 m on.
+    """
     assert (
         abort_stops.is_junction_stop_clear(case_of([crosses(**FAR_AHEAD)], zones=zones, speed=4.0), against(), False)
         is lets
@@ -278,7 +293,8 @@ MULTI = {"left": LineKind.BROKEN, "oncoming": None}
 
 
 @pytest.mark.parametrize("speed", [0.0, 2.0])
-def test_a_stop_beside_those_who_come_by_leaves_them_30_cm(speed):
+def test_stops_beside_passing_traffic_leaves_30_cm(speed):
+    """A stop beside passing traffic leaves it a gap of 30 cm."""
     for room_m, lets in ((0.3 + A_LITTLE, True), (0.3 - A_LITTLE, False)):
         assert abort_stops.stops_beside(case_of([comes_by(room_m)], speed=speed, **MULTI), against(), False) is lets
     least_m = 0.1 if speed else 0.0
@@ -296,7 +312,8 @@ def test_only_those_who_are_named_and_move_are_stopped_for():
     assert abort_stops.stops_beside(case_of(both, **MULTI), against(name="first"), False)
 
 
-def test_nobody_is_let_by_on_rails_or_with_the_body_in_an_oncoming_lane():
+def test_stops_beside_on_rails_or_in_oncoming_lane_is_false():
+    """The ego does not stop to yield on rails or with its body in an oncoming lane."""
     rails = (zone(ZoneKind.LEVEL_CROSSING, 55.5, 60.0),)
     assert not abort_stops.stops_beside(case_of([comes_by(1.0)], zones=rails, speed=4.0, **MULTI), against(), False)
     assert abort_stops.stops_beside(case_of([comes_by(1.0)], zones=rails, speed=1.0, **MULTI), against(), False)
@@ -314,8 +331,11 @@ def no_stop(**more):
 
 
 @pytest.mark.parametrize("path_mps", [2.0, 5.0])
-def test_a_stop_that_would_end_in_a_junction_or_pass_into_it_is_none(path_mps):
-    """The body is in it from 2.45 m before its border on."""
+def test_commit_mask_stop_ending_in_junction_is_marked(path_mps):
+    """A stop that would end in a junction is not a stop.
+
+    The body is in it from 2.45 m before its border on.
+    """
     zones = (zone(ZoneKind.JUNCTION, 62.0, 66.0),)
     bad = no_stop(zones=zones, path_mps=path_mps, speed=path_mps)
     s = 50.0 + 0.5 * np.arange(60)
@@ -342,7 +362,8 @@ def test_a_zone_beside_a_lane_that_is_entered_counts_too():
     assert bad[54] and bad[30] and not bad[45]
 
 
-def test_the_border_of_a_lane_is_no_place_and_the_middle_of_one_of_ours_is():
+def test_commit_mask_marks_lane_borders_and_not_own_lanes():
+    """No stop is at the border of a lane; a stop in the middle of a lane of the ego's direction is."""
     d = np.concatenate([np.zeros(20), np.linspace(0.0, LANE_M, 20), np.full(20, LANE_M)])
     bad = no_stop(zones=(), d=d, enters=("left",), path_mps=1.0, **MULTI)
     over = (d + HALF_WIDTH_M > LANE_M / 2 + 0.05) & (d - HALF_WIDTH_M < LANE_M / 2 - 0.1)

@@ -20,7 +20,8 @@ SEED, QUICK, LOOKS = 43, 4, 6
 @pytest.mark.parametrize(
     "number", [pytest.param(n, marks=() if n < QUICK else pytest.mark.integration) for n in range(SCENES)]
 )
-def test_left_and_right_the_origin_and_the_order_make_no_difference(number):
+def test_guard_mirrored_shifted_or_reordered_scene_has_same_verdict(number):
+    """Left and right, the origin and the order of objects make no difference."""
     for k, proposal in proposals_of(SEED, number):
         if proposal.plan.behaviors[0].stands_still:
             continue

@@ -49,7 +49,8 @@ def least_gap(world, poses):
 
 @pytest.mark.parametrize("yaw", [-0.5, -0.35, 0.35, 0.5])
 @pytest.mark.parametrize("side", [-1, 1])
-def test_askew_it_is_not_begun_into_what_stands_beside_the_path(yaw, side):
+def test_askew_start_into_object_beside_path_is_rejected(yaw, side):
+    """A turned ego does not start if it would hit an object beside the path."""
     for x in (54.0, 56.0, 58.0, 60.0):
         for gap_m in (0.35, 0.6, 1.0):
             world = World(MULTI, [thing("parked", x, side * (0.93 + 0.95 + gap_m))], yaw=yaw)
@@ -62,7 +63,7 @@ def test_askew_it_is_not_begun_into_what_stands_beside_the_path(yaw, side):
 
 @pytest.mark.parametrize("x", np.arange(58.5, 66.0, 0.5))
 @pytest.mark.parametrize("behavior", [ChangeLane(side="left", distance_m=30.0, speed_mps=2.5), "borrow"])
-def test_a_swing_out_driven_perfectly_keeps_the_gap_that_is_promised(x, behavior):
+def test_swing_out_driven_exactly_keeps_promised_gap(x, behavior):
     road = MULTI if behavior != "borrow" else straight_road()
     plan = BorrowOncomingLane(past_object_id="lead", speed_mps=2.5) if behavior == "borrow" else behavior
     world = World(road, [thing("lead", x)])
@@ -76,7 +77,8 @@ def test_a_swing_out_driven_perfectly_keeps_the_gap_that_is_promised(x, behavior
 @pytest.mark.integration
 @pytest.mark.parametrize("error_m", [0.3, 0.5, 0.7, 0.85])
 @pytest.mark.parametrize("gap_m", [0.55, 0.6, 0.7, 0.8])
-def test_a_vehicle_that_stays_beside_its_path_is_stopped_before_it_touches(error_m, gap_m):
+def test_recheck_constant_offset_stops_before_contact(error_m, gap_m):
+    """A vehicle that stays beside its path is stopped before it touches an object."""
     world = World(MULTI, [thing("parked", 75.0, 0.93 + 0.95 + gap_m, kind=ObjectKind.BARRIER)])
     proven = GUARD.accept([ON], world.view(), False)[1]
     assert proven is not None
@@ -112,7 +114,8 @@ def test_an_askew_start_ends_on_the_path(yaw):
     assert np.abs(np.interp(poses[:, 0], way.s, way.d) - poses[:, 1]).max() < 0.35
 
 
-def test_what_is_beside_us_in_the_next_lane_is_not_swung_into_askew():
+def test_askew_start_into_adjacent_lane_is_rejected():
+    """A turned ego does not swing into a vehicle in the adjacent lane."""
     world = World(MULTI, [thing("beside", 54.0, LANE_M - 0.6)], yaw=0.5)
     assert not GUARD.accept([ON], world.view(), False)[0].accepted
 
@@ -124,8 +127,11 @@ def backing_beside(yaw, behind_m, aside_m, mps, kind=ObjectKind.MOTORCYCLE):
 
 
 @pytest.mark.parametrize("behind_m", [12.0, 16.0, 20.0])
-def test_backing_up_askew_it_swings_its_tail_before_nobody_who_comes_up_beside_it(behind_m):
-    """Whoever backs up as they point, without steering, has their tail 1 m further aside after 2 m of way."""
+def test_back_up_askew_tail_before_rear_traffic_is_rejected(behind_m):
+    """A turned ego does not swing its tail in front of a vehicle that comes up beside it.
+
+    In reverse along its heading, without steering, the tail is 1 m farther aside after 2 m.
+    """
     side = 2.9
     for yaw, aside in ((-0.5, side), (0.5, -side)):
         world, verdict = backing_beside(yaw, behind_m, aside, 6.2)
@@ -135,5 +141,6 @@ def test_backing_up_askew_it_swings_its_tail_before_nobody_who_comes_up_beside_i
 
 
 @pytest.mark.parametrize("yaw", [0.0, 0.05])
-def test_backing_up_straight_is_not_kept_from_it_by_who_goes_in_the_next_lane(yaw):
+def test_back_up_straight_ignores_traffic_in_adjacent_lane(yaw):
+    """Traffic in the adjacent lane does not keep the ego from backing up straight."""
     assert backing_beside(yaw, 16.0, -3.2, 6.2)[1].accepted

@@ -48,7 +48,8 @@ def test_the_wider_the_road_the_fewer_legs(lane_m, legs):
     assert math.degrees(found[-1].end[2]) > 165.0
 
 
-def test_no_corner_leaves_the_road_and_the_body_goes_as_a_car_does():
+def test_multi_point_turn_stays_on_road_and_turns_like_car():
+    """No corner leaves the road, and the body moves as a car does."""
     view = World(WIDE).view()
     radius = view.ego.limits.min_turn_radius_m
     for leg in multi_point_turn(view):
@@ -69,12 +70,13 @@ def test_each_leg_begins_where_the_last_one_ended():
 
 @pytest.mark.parametrize("lane_m", [3.0, 3.5])
 def test_a_road_that_is_too_narrow_is_refused(lane_m):
-    with pytest.raises(NoPathError, match="turn round"):
+    with pytest.raises(NoPathError, match="turn around"):
         multi_point_turn(World(road_of(lane_m)).view())
     assert judged(World(road_of(lane_m))) == {C.NO_PATH}
 
 
-def test_backing_up_the_line_ends_with_the_body_where_the_leg_ends():
+def test_leg_driving_line_in_reverse_ends_at_leg_end():
+    """In reverse, the line ends with the body where the leg ends."""
     leg = multi_point_turn(World(WIDE).view())[1]
     x, y, speed = leg_driving_line(leg, 2.9, 1.4)
     assert (x[0], y[0]) == pytest.approx((leg.x_m[0], leg.y_m[0]))
@@ -188,7 +190,8 @@ def solid_at(stretch):
     return road.model_copy(update={"key": f"{road.key}-solid-{stretch}", "lanes": (own, other)})
 
 
-def test_the_yes_for_the_line_is_needed_before_the_step_that_leads_to_the_turn():
+def test_solid_line_approval_is_needed_before_step_to_turn():
+    """The approval for the line is needed before the step that leads to the turn."""
     solid = World(road_of(5.0, line=LineKind.SOLID))
     assert begun(solid).codes == (C.SOLID_LINE,)
     assert begun(solid, approvals=Approvals(passenger=frozenset({"solid_line"}))).accepted
@@ -198,7 +201,8 @@ def test_the_yes_for_the_line_is_needed_before_the_step_that_leads_to_the_turn()
 
 
 @pytest.mark.parametrize(("stretch", "needed"), [((30, 50), True), ((70, 100), False), ((0, 25), False)])
-def test_only_the_line_where_the_turn_will_be_needs_a_yes(stretch, needed):
+def test_solid_line_approval_counts_only_at_turn(stretch, needed):
+    """Only the line at the place of the turn needs an approval."""
     assert begun(World(solid_at(stretch))).codes == ((C.SOLID_LINE,) if needed else ())
 
 

@@ -85,10 +85,11 @@ def drives(world, behavior, edge_m, appears_s, comes_mps, keen, guard=GUARD):
     speed=st.floats(3.0, 5.5),
     keen=st.floats(0.2, 1.0),
 )
-def test_whoever_comes_out_of_what_is_hidden_at_the_limit_at_any_moment_touches_nobody(
-    more_m, lead_m, limit, appears_s, speed, keen
-):
-    """With no more sight than is asked for, at the moment that suits them worst."""
+def test_lane_borrow_phantom_vehicle_at_limit_has_no_contact(more_m, lead_m, limit, appears_s, speed, keen):
+    """A vehicle that appears from the occluded area at the speed limit at any time is not touched.
+
+    The sight is barely more than required, and the time is the worst one.
+    """
     behavior = BorrowOncomingLane(past_object_id="lead", speed_mps=speed)
     lead = thing("lead", lead_m)
     verdict, _ = GUARD.accept([behavior], World(limited(limit), [lead], sight_m=5.0).view(), False)
@@ -103,8 +104,11 @@ def test_whoever_comes_out_of_what_is_hidden_at_the_limit_at_any_moment_touches_
 
 @pytest.mark.release
 @pytest.mark.slow
-def test_the_oracle_sees_a_guard_that_asks_for_too_little_sight():
-    """With half of what is asked for, the car that appears right after the commit point is met."""
+def test_oracle_detects_guard_with_too_little_required_sight():
+    """The oracle detects a guard that requires too little sight.
+
+    With half of the required sight, the car that appears right after the commit point is hit.
+    """
     policy = GUARD.policy.model_copy(
         update={"oncoming": GUARD.policy.oncoming.model_copy(update={"unknown_limit_mps": 1.0, "sight_margin_m": 0.0})}
     )
@@ -135,7 +139,8 @@ def test_who_comes_before_the_commit_point_costs_no_sight():
     assert needed[72.0].time_s < proven.expected_s
 
 
-def test_where_the_body_is_in_the_lane_already_all_of_the_time_counts():
+def test_oncoming_sight_body_already_in_lane_counts_all_time():
+    """If the body is in the oncoming lane already, the whole time there counts."""
     lead = thing("lead", 65.0)
     behavior = BorrowOncomingLane(past_object_id="lead", speed_mps=5.0)
     world = World(limited(13.9), [lead], y=1.6, sight_m=5.0)

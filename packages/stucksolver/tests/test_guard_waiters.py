@@ -60,7 +60,8 @@ def test_queue_is_not_passed_however_long_it_stands(kinds, gap_m, aside, stood_s
 
 
 @pytest.mark.parametrize("y", [-1.3, -0.9, 0.0, 0.9])
-def test_bicycles_that_wait_at_the_side_of_the_lane_are_a_queue(y):
+def test_queue_of_bicycles_at_side_of_lane_is_not_passed(y):
+    """Bicycles that wait at the side of the lane are a queue."""
     row = [thing("last", 64.0, y, kind=K.BICYCLE), thing("first", 67.5, y, kind=K.BICYCLE)]
     assert C.WAIT_FIRST in codes(World(ROAD, row, sight_m=400.0), PAST)
 
@@ -156,7 +157,8 @@ def test_no_accepted_plan_ends_on_rails(plan, start_m, length_m, approved):
 
 
 @pytest.mark.parametrize("distance_m", [20.0, 24.0, 28.0])
-def test_plan_that_ends_on_rails_is_refused_even_if_the_crossing_is_approved(distance_m):
+def test_plan_ending_on_rails_is_rejected_despite_approval(distance_m):
+    """A plan that ends on rails is rejected even if the level crossing is approved."""
     world = World(railed(70.0, 78.0))
     assert C.STOPPING_PLACE in codes(world, KeepLane(distance_m=distance_m, speed_mps=5.5), approvals=OPERATOR)
 

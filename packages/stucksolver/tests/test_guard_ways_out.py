@@ -51,7 +51,8 @@ def closed_loop(world, behaviors, appears_at, what, seconds=15.0):
     ("ahead_m", "what", "kind"),
     each_value([10.0, 12.0, 20.0], [K.PEDESTRIAN, K.BICYCLE, K.CAR], [ZoneKind.JUNCTION, ZoneKind.CROSSWALK]),
 )
-def test_who_stands_ahead_after_the_commit_point_is_not_driven_into(kind, what, ahead_m):
+def test_recheck_committed_stopped_object_ahead_is_not_hit(kind, what, ahead_m):
+    """After the commit point, the ego does not hit an object that has stopped ahead."""
     world = World(zone(kind), speed=5.0)
     (gap, _), _ = closed_loop(world, [ON], 62.0, thing("x", 62.0 + 2.45 + ahead_m, kind=what))
     assert gap > 0.0
@@ -69,8 +70,12 @@ def test_from_rest_it_never_sets_off_into_a_predicted_collision(ahead_m):
 
 @pytest.mark.parametrize("speed", [0.0, 0.5, 1.0, 2.0])
 @pytest.mark.parametrize("side", [-1.0, 1.0])
-def test_an_error_that_has_come_within_touch_of_who_stands_there_is_not_driven_on_with(speed, side):
-    """It comes nearer by less than any look shows: the oracle found a car that a nose-out crept into for a second."""
+def test_recheck_committed_drift_within_touch_of_object_yields(speed, side):
+    """A tracking error that has come within touching distance of an object stops the ego.
+
+    The approach per tick is below what a recheck detects: the oracle found a car that a nose-out crept into for a
+    second.
+    """
     world = World(zone(), speed=5.0)
     proven = GUARD.accept([ON], world.view(), False)[1]
     world.x, world.y, world.speed = 65.0, side * 0.3, speed
@@ -88,7 +93,8 @@ def test_an_error_that_has_come_within_touch_of_who_stands_there_is_not_driven_o
     assert told(0.08 + 0.6).abort is not AbortAction.YIELD, "its error is on the other side"
 
 
-def test_in_an_oncoming_lane_a_stop_is_better_than_a_wreck():
+def test_recheck_in_oncoming_lane_stops_before_wreck():
+    """In an oncoming lane, a stop is better than a contact with a wreck."""
     world = World(straight_road(), [thing("lead", 72.0)])
     (gap, _), told = closed_loop(
         world,
@@ -100,7 +106,8 @@ def test_in_an_oncoming_lane_a_stop_is_better_than_a_wreck():
     assert isinstance(told, ExecutionOutcome) or told.behavior.name == "wait"
 
 
-def test_on_rails_it_goes_on_where_that_touches_nobody_and_stops_only_where_it_would():
+def test_recheck_on_rails_stops_only_against_contact():
+    """On rails the ego goes on if that touches no object, and stops only if it would."""
     world = World(zone(ZoneKind.JUNCTION), speed=5.0)
     proven = GUARD.accept([ON], world.view(), False)[1]
     rails = World(zone(ZoneKind.LEVEL_CROSSING), x=70.0, speed=4.0)
@@ -150,7 +157,8 @@ def test_of_two_contacts_a_person_and_the_quicker_count(one, other, person):
 
 
 @pytest.mark.parametrize(("kind", "person"), [(K.PEDESTRIAN, True), (K.BICYCLE, True), (K.CAR, False), (K.CONE, False)])
-def test_a_contact_ahead_is_at_our_speed_and_with_a_person_or_not(kind, person):
+def test_finishing_contact_has_ego_speed_and_person_flag(kind, person):
+    """A contact ahead is at the ego's speed, and with a person or not."""
     found = collision_mitigation._finishing(on_way(thing("it", 75.0, kind=kind)), False)
     assert found.person is person
     assert found.speed_mps == pytest.approx(5.0, abs=0.2)
@@ -174,8 +182,11 @@ def test_a_contact_with_who_moves_is_at_the_relative_speed(vx, vy, speed):
 @pytest.mark.parametrize(
     ("speed", "giving_way", "braked_for"), [(5.0, False, False), (5.0, True, True), (0.0, False, True)]
 )
-def test_who_stands_far_ahead_is_braked_for_later_but_nobody_sets_off_towards_them(speed, giving_way, braked_for):
-    """At 5 m/s those count who would be met within 1.7 s of a stop and 2.5 s; 38 m are further."""
+def test_finishing_far_pedestrian_is_braked_for_later(speed, giving_way, braked_for):
+    """An ego in motion brakes later for a far pedestrian, but a stopped ego does not set off.
+
+    At 5 m/s, an object counts if it would be hit within 1.7 s of a stop and 2.5 s; 38 m are farther.
+    """
     case = on_way(thing("it", 65.0 + FRONT_M + 0.25 + 33.0, kind=K.PEDESTRIAN), speed=speed)
     assert bool(collision_mitigation._finishing(case, giving_way)) is braked_for
 

@@ -132,8 +132,11 @@ def test_recheck_ego_lies_in_path_does_not_stop_there():
 
 
 @pytest.mark.parametrize("kind", [ZoneKind.CROSSWALK, ZoneKind.LEVEL_CROSSING])
-def test_recheck_place_to_yield_is_on_rails_does_not_stop_there(kind):
-    """A stop on a crosswalk lets others by, one on rails is left to the rules of least harm, which rank it low."""
+def test_recheck_yield_on_rails_does_not_stop(kind):
+    """A stop on a crosswalk lets others pass; a stop on rails is not made.
+
+    Mitigation decides on rails, which rank low as a place to stop.
+    """
     nose_m = 65.0 - 1.9 / 2 - 0.6
     world, proven = in_junction(nose_m - HALF_M - 0.45, 1.0, crosser(60.0, 6.0, 1, 65.0))
     world.road = straight_road(zones=(*JUNCTION.zones, Zone(kind=kind, start_m=62.0, end_m=63.5)))
@@ -150,8 +153,11 @@ def test_recheck_stopped_for_far_traffic_stays_until_it_has_passed():
 
 @pytest.mark.integration
 @pytest.mark.parametrize("speed_mps", [1.5, 2.2])
-def test_slow_pass_late_oncoming_car_is_let_by_in_own_lane(speed_mps):
-    """Past the commit point but still in its own lane, the ego does not enter the lane of a car that it would meet."""
+def test_slow_pass_oncoming_car_passes_before_ego_enters_lane(speed_mps):
+    """A late oncoming car passes while the ego stays in its own lane.
+
+    Past the commit point but still in its own lane, the ego does not enter the lane of a car that it would meet.
+    """
     world = World(straight_road(), [thing("parked", 75.0, stationary_s=60.0, hazard=True)], x=64.0, dt=0.1)
     plan = BorrowOncomingLane(past_object_id="parked", speed_mps=speed_mps)
     execution = Execution(RecoveryPlan(behaviors=(plan,)), GUARD, False)

@@ -32,7 +32,8 @@ MULTI = straight_road(left=LineKind.BROKEN, oncoming=None)
         (LANE_M, 0.0, 90.0, True),
     ],
 )
-def test_the_way_back_must_be_free_unless_the_vehicle_stands_in_its_lane(y, yaw, lead_at, clear):
+def test_clear_to_hand_back_needs_free_return_path_unless_aligned(y, yaw, lead_at, clear):
+    """The path back must be free unless the vehicle has stopped in its lane."""
     world = World(MULTI, [thing("lead", lead_at)], y=y, yaw=yaw)
     assert Guard().clear_to_hand_back(world.view()) is clear
 
@@ -159,7 +160,8 @@ def test_where_nobody_may_stand_the_stack_goes_on():
 
 
 @pytest.mark.integration
-def test_given_up_askew_the_vehicle_is_held_until_the_way_back_is_free():
+def test_hold_aborted_askew_lasts_until_return_path_is_free():
+    """A vehicle that is turned when its plan is aborted is held until the path back is free."""
     world = World(MULTI, [thing("lead", 60.0)])
     stood = []
 
@@ -199,7 +201,8 @@ class ThenAsks:
 
 
 @pytest.mark.integration
-def test_a_call_for_help_that_ends_does_not_let_the_stack_drive_from_where_a_plan_was_given_up():
+def test_hold_after_abort_survives_end_of_assistance_request():
+    """The end of a request for assistance does not hand back a vehicle whose plan was aborted."""
     guard = GivesUp(askew)
     world = World(MULTI, [thing("lead", 60.0)])
     seen = drive(world, 40.0, guard=guard, ladder=stubborn(), reasoner=ThenAsks(guard))
@@ -211,7 +214,8 @@ def test_a_call_for_help_that_ends_does_not_let_the_stack_drive_from_where_a_pla
 
 
 @pytest.mark.integration
-def test_given_up_for_the_traffic_right_after_its_start_it_waits_for_the_next_gap():
+def test_plan_aborted_for_traffic_at_start_restarts_in_next_gap():
+    """A plan aborted for traffic right after its start waits for the next gap."""
     guard = GivesUp(lambda view: view.ego.speed_mps > 0.6)
     seen = drive(World(MULTI, [thing("lead", 75.0)]), 30.0, guard=guard, ladder=stubborn())
     started = [e.time_s for e in seen.events if e.kind is EventKind.STARTED]
@@ -224,8 +228,12 @@ def test_given_up_for_the_traffic_right_after_its_start_it_waits_for_the_next_ga
 
 @pytest.mark.integration
 @pytest.mark.parametrize("lead_s", sample([0.0, 0.2, 0.5], 1))
-def test_what_words_have_taken_back_waits_as_long_as_words_last(lead_s):
-    """Also where the traffic made the guard give it up at that moment: then it would have begun in the next gap."""
+def test_plan_cancelled_by_guidance_waits_while_guidance_lasts(lead_s):
+    """A plan that guidance has canceled waits as long as the guidance lasts.
+
+    This holds even if the guard aborts it for traffic at that time: without the guidance it would restart in the
+    next gap.
+    """
     words: dict[float, str] = {}
     for _ in range(2):
         guard = GivesUp(lambda view: view.ego.speed_mps > 0.6)

@@ -97,7 +97,8 @@ def test_another_version_is_refused(name):
         ADAPTERS[name].validate_python({**examples()[name], "version": 2})
 
 
-def test_there_is_one_schema_for_each_of_the_five_with_the_version():
+def test_schemas_exist_for_each_type_with_version():
+    """Each of the five types has one schema, with the version."""
     found = schemas()
     assert set(found) == set(TYPES)
     assert {schema["$id"] for schema in found.values()} == {f"stucksolver/v{VERSION}/{name}" for name in TYPES}

@@ -44,14 +44,16 @@ def test_one_start_says_nothing_and_equal_ones_say_their_acceleration():
 
 @pytest.mark.integration
 @given(st.lists(st.floats(0.8, 4.0), min_size=2, max_size=8))
-def test_it_is_never_more_than_the_mean_of_the_quicker_starts_less_their_spread(rates):
+def test_measured_acceleration_is_below_mean_of_faster_launches(rates):
+    """The value never exceeds the mean of the faster launches less their spread."""
     quicker = sorted(rates, reverse=True)[: max(2, (len(rates) + 1) // 2)]
     most = statistics.mean(quicker) - 2.0 * statistics.stdev(quicker)
     found = measured(*rates)
     assert found is None or found <= most * 1.05 + 0.15
 
 
-def test_starts_behind_somebody_do_not_hide_what_the_vehicle_can_do():
+def test_measured_acceleration_ignores_launches_behind_lead():
+    """Launches behind a lead vehicle do not hide what the vehicle can do."""
     assert measured(0.8, 2.5, 0.9, 2.5) == pytest.approx(2.5, rel=0.05)
 
 
@@ -63,7 +65,8 @@ def test_starts_that_are_bounded_or_held_up_do_not_count(more):
 @pytest.mark.parametrize(
     ("measured_mps2", "used_mps2"), [(None, 1.5 * SLUGGISH_ACCELERATION), (1.2, 1.2), (0.5, 0.5), (9.0, 1.5)]
 )
-def test_a_proof_takes_the_measured_value_and_never_more_than_the_configured_one(measured_mps2, used_mps2):
+def test_slow_launch_uses_measured_acceleration_up_to_configured(measured_mps2, used_mps2):
+    """A proof uses the measured value and never more than the configured one."""
     limits = VehicleLimits(measured_acceleration_mps2=measured_mps2)
     run = slow_launch(straight(0.0, 0.0, 40.0, 50.0), 0.0, limits)
     assert run.v[20] ** 2 / (2 * 10.0) == pytest.approx(used_mps2, rel=0.05)
@@ -106,7 +109,8 @@ def left_no_gap(world, *tries, code=RejectCode.LANE_ENTRY):
     return names(RuleReasoner().decide(ReasonerRequest(seen)).decision)
 
 
-def test_after_traffic_left_no_gap_twice_the_rules_turn_the_nose_out_first():
+def test_rules_nose_out_after_two_failures_for_traffic():
+    """After traffic left no gap twice, the rules nose out first."""
     world = World(MULTI, [thing("lead", 65.0, hazard=True)])
     assert left_no_gap(world, (20.0, "change_lane"), (5.0, "change_lane"))[:2] == ["nose_out", "change_lane"]
     assert left_no_gap(world, (5.0, "change_lane"))[0] == "change_lane", "a gap may come"
@@ -116,7 +120,8 @@ def test_after_traffic_left_no_gap_twice_the_rules_turn_the_nose_out_first():
     assert left_no_gap(near, (20.0, "change_lane"), (5.0, "change_lane"))[:2] == ["back_up", "nose_out"]
 
 
-def test_beside_oncoming_traffic_the_nose_stays_in_the_own_lane_until_the_gap_comes():
+def test_rules_nose_out_before_oncoming_lane_borrow():
+    """Beside oncoming traffic, the front stays in the ego's lane until a gap comes."""
     world = World(straight_road(), [thing("lead", 65.0, hazard=True)])
     tries = ((20.0, "borrow_oncoming_lane"), (5.0, "borrow_oncoming_lane"))
     assert left_no_gap(world, *tries, code=RejectCode.ONCOMING_GAP) == ["nose_out", "borrow_oncoming_lane"]

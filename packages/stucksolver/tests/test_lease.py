@@ -50,7 +50,8 @@ def test_before_the_commit_point_silence_means_stop():
 
 
 @pytest.mark.parametrize("silent_from_s", [0.5, 1.0, 1.5, 2.0])
-def test_a_stopped_solver_is_not_driven_on_into_a_new_oncoming_car(silent_from_s):
+def test_lease_silent_solver_avoids_new_oncoming_car(silent_from_s):
+    """Without a solver, the ego does not drive into a new oncoming car."""
     world = World(straight_road(), [thing("lead", 75.0)])
     performed, nearest = silent_drive(
         world,
@@ -73,7 +74,8 @@ def test_after_the_commit_point_it_is_finished():
 PATH = (PathPoint(x_m=50.0, y_m=0.0, speed_mps=5.0), PathPoint(x_m=90.0, y_m=0.0, speed_mps=5.0))
 
 
-def test_an_order_that_is_renewed_never_expires_and_one_that_is_not_does_after_its_ticks():
+def test_lease_renewed_stays_valid_and_unrenewed_expires():
+    """A renewed directive never expires; without renewal, it does after its ticks."""
     lease, order = Lease(), Execute(behavior=ON, path=PATH)
     there = {"x_m": 50.0, "y_m": 0.0, "path_is_done": False, "at_rest": False}
     for _ in range(5 * EXPIRES_TICKS):
@@ -85,7 +87,8 @@ def test_an_order_that_is_renewed_never_expires_and_one_that_is_not_does_after_i
     assert lease.expired
 
 
-def test_an_order_to_stand_is_its_own_fallback_and_brakes_as_hard_as_it_was_told():
+def test_lease_wait_directive_is_its_own_fallback():
+    """A directive to stop is its own fallback and keeps its braking."""
     lease, order = Lease(), Execute(behavior=Wait(duration_s=5.0), brake_mps2=6.0)
     lease.renew(order)
     for _ in range(3 * EXPIRES_TICKS):
@@ -93,14 +96,16 @@ def test_an_order_to_stand_is_its_own_fallback_and_brakes_as_hard_as_it_was_told
     assert isinstance(lease.tick(0.0, 0.0, path_is_done=False, at_rest=True), Continue)
 
 
-def test_where_nobody_will_renew_it_the_fallback_is_due_at_once():
+def test_lease_expire_applies_fallback_at_once():
+    """The fallback is due at once if no renewal can come."""
     lease = Lease()
     lease.renew(Execute(behavior=ON, path=PATH))
     lease.expire()
     assert lease.tick(50.0, 0.0, path_is_done=False, at_rest=False).behavior.name == "wait"
 
 
-def test_a_path_that_is_finished_in_silence_and_blocked_is_given_up():
+def test_lease_committed_path_blocked_in_silence_is_aborted():
+    """A path that is finished without a solver and blocked is aborted."""
     lease = Lease()
     order = Execute(behavior=ON, path=tuple(point.model_copy(update={"no_stop": True}) for point in PATH))
     lease.renew(order)
@@ -120,7 +125,8 @@ def test_what_is_said_anew_counts_anew():
     assert lease.tick(50.0, 0.0, path_is_done=False, at_rest=False) is order
 
 
-def test_what_is_left_of_a_path_is_its_length_from_the_nearest_point_on():
+def test_left_m_starts_at_nearest_path_point():
+    """The remaining length of a path starts at the nearest point."""
     order = Execute(behavior=ON, path=(*PATH, PathPoint(x_m=90.0, y_m=30.0, speed_mps=5.0)))
     assert [order.left_m(x, 1.0) for x in (0.0, 60.0, 85.0)] == [70.0, 70.0, 30.0]
     assert order.left_m(91.0, 29.0) == 0.0

@@ -27,7 +27,8 @@ def proposed(*others):
     return [b.name for b in plan.behaviors]
 
 
-def test_with_a_siren_behind_the_vehicle_stands_until_it_has_passed_and_returns():
+def test_rules_siren_behind_plans_pull_over_wait_and_rejoin():
+    """For a siren behind, the ego pulls over, waits until it has passed, and returns."""
     assert proposed(siren(10.0)) == ["pull_over", "wait", "rejoin_route"]
 
 
@@ -56,7 +57,8 @@ def test_the_wait_is_bounded():
 
 
 @pytest.mark.integration
-def test_it_makes_way_and_is_back_in_its_lane_behind_the_siren():
+def test_solver_siren_behind_passes_and_ego_rejoins_lane():
+    """The ego yields and is back in its lane behind the siren."""
     world = World(SHOULDER, [siren(-5.0)], speed=6.0, cruise_mps=6.0, behind_m=150.0)
     nearest, aside = [], []
 
@@ -98,7 +100,8 @@ EDGE = with_edge_line(SHOULDER)
 
 
 @pytest.mark.parametrize("ahead", [thing("moves", 95.0, speed=7.0), thing("queue", 120.0)], ids=lambda o: o.id)
-def test_the_edge_line_is_crossed_back_into_the_lane_whoever_is_ahead(ahead):
+def test_rejoin_over_edge_line_with_lead_is_accepted(ahead):
+    """The edge line is crossed back into the lane, with a moving or a stopped vehicle ahead."""
     world = World(EDGE, [ahead], y=-2.4, behind_m=150.0)
     assert Guard().accept([RejoinRoute()], world.view(), False)[0].codes == ()
 

@@ -326,25 +326,26 @@ def test_a_step_is_pure(drives):
             assert repr(step.before) == shown
             assert state.names == step.after.names
             assert directive == step.directive
-            again = replace(step, directive=directive, told=told)
+            again = replace(step, directive=directive, outputs=told)
             assert [step_output_data(item, again) for item in told] == [
-                step_output_data(item, step) for item in step.told
+                step_output_data(item, step) for item in step.outputs
             ]
 
 
-def test_whatever_moves_the_vehicle_has_a_verdict_of_this_very_tick(drives):
+def test_directive_that_moves_vehicle_has_verdict_of_same_tick(drives):
+    """Each directive that moves the vehicle belongs to an accepted plan that was ticked in that step."""
     moved = 0
     for run in drives:
         accepted = None
         for step in run.steps:
-            for item in step.told:
+            for item in step.outputs:
                 if isinstance(item, PlanReview) and item.verdict.accepted:
                     accepted = item.plan
             directive = step.directive
             held = isinstance(step.after.posture, Holding)  # a hold brakes, and needs no plan for that
             if not isinstance(directive, Execute) or directive is STAND or (held and not directive.path):
                 continue
-            ticks = [item for item in step.told if isinstance(item, ExecutionTick)]
+            ticks = [item for item in step.outputs if isinstance(item, ExecutionTick)]
             assert len(ticks) == 1 and ticks[0].result is directive
             assert accepted is not None
             assert step.after.activity.execution.plan == accepted

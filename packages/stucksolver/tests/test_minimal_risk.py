@@ -56,7 +56,8 @@ def test_help_is_not_waited_for_where_nobody_may_stand(kind):
     assert GUARD.allows_standing(call, World(straight_road()).view()).accepted
 
 
-def test_a_stop_that_would_roll_into_a_junction_is_not_one_where_one_may_stand():
+def test_stop_rolling_into_junction_is_not_allowed():
+    """A stop that would roll into a junction does not count as a place to stop."""
     before = inside(ZoneKind.JUNCTION, start_m=56.0, end_m=70.0, speed=5.0)
     assert not stops_where_one_may_stand(GUARD, before.view())
     before.speed = 0.0

@@ -33,8 +33,8 @@ class Silent:
         raise ReasonerError("no answer")
 
 
-def stops(seen):
-    return sum(isinstance(d, SafeStop) for d in seen.directives)
+def stops(result):
+    return sum(isinstance(d, SafeStop) for d in result.directives)
 
 
 @pytest.mark.integration

@@ -58,7 +58,8 @@ def at_the_border(gap_m, pace_mps, accelerates_mps2=3.5):
     return world
 
 
-def test_the_nose_stops_at_the_border_of_the_own_lane_turned_to_the_next():
+def test_nose_out_ends_at_lane_border_turned_to_next_lane():
+    """The front stops at the border of the ego's lane, turned to the adjacent one."""
     world = beside_a_stream()
     outcome, _, _ = carry_out(world, 30.0, RecoveryPlan(behaviors=(NoseOut(side="left"),)))
     nose = world.y + 2.45 * math.sin(world.yaw) + 0.925 * math.cos(world.yaw)
@@ -67,8 +68,12 @@ def test_the_nose_stops_at_the_border_of_the_own_lane_turned_to_the_next():
 
 
 @pytest.mark.parametrize("sd_m", [0.02, 0.1])
-def test_by_sensors_the_nose_stops_inside_the_border_by_more_than_its_place_is_uncertain(sd_m):
-    """Beside an oncoming lane, where nobody may wait: the plan ended when the uncertainty grew by a few centimetres."""
+def test_nose_out_sensor_mode_keeps_position_margin_to_border(sd_m):
+    """In sensor mode, the front stops inside the border by more than the position uncertainty.
+
+    Beside an oncoming lane, where no vehicle may wait: the plan ended when the uncertainty grew by a few
+    centimeters.
+    """
 
     def told(world, sd):
         seen = world.surroundings()
@@ -85,7 +90,8 @@ def test_by_sensors_the_nose_stops_inside_the_border_by_more_than_its_place_is_u
 
 
 @pytest.mark.integration
-def test_the_wait_outlasts_the_time_of_the_plan_and_ends_when_the_stream_does():
+def test_nose_out_wait_outlasts_plan_time_until_flow_ends():
+    """The wait is longer than the time of the plan and ends when the traffic flow does."""
     world = beside_a_stream(spacing_m=15.0, ends_s=35.0).fill(3.0)
     outcome, nearest, _ = carry_out(world, 80.0)
     assert outcome is not None and outcome.finished, outcome
@@ -93,7 +99,8 @@ def test_the_wait_outlasts_the_time_of_the_plan_and_ends_when_the_stream_does():
 
 
 @pytest.mark.integration
-def test_a_stream_without_a_gap_is_not_waited_for_for_ever(monkeypatch):
+def test_nose_out_flow_without_gap_ends_plan_stopped(monkeypatch):
+    """The ego does not wait forever for a gap in a traffic flow."""
     monkeypatch.setattr(execution, "GAP_WAIT_S", 15.0)
     world = beside_a_stream(spacing_m=12.0).fill(3.0)
     outcome, nearest, _ = carry_out(world, 45.0)
@@ -105,7 +112,8 @@ def test_a_stream_without_a_gap_is_not_waited_for_for_ever(monkeypatch):
 @pytest.mark.slow
 @settings(max_examples=6, deadline=None, phases=(Phase.explicit, Phase.generate))
 @given(st.floats(5.0, 12.0), st.floats(2.0, 6.0), st.floats(0.0, 1.0), st.floats(1.2, 4.0))
-def test_whoever_sees_us_only_in_their_own_path_need_not_brake_hard(pace_mps, headway_s, first, quick_mps2):
+def test_nose_out_follower_watching_path_brakes_below_4_6_mps2(pace_mps, headway_s, first, quick_mps2):
+    """A follower that reacts only to vehicles in its own path need not brake hard."""
     spacing = pace_mps * headway_s
     world = beside_a_stream(spacing_m=max(spacing, 8.0), pace_mps=pace_mps, accelerates_mps2=quick_mps2)
     outcome, nearest, told = carry_out(world.fill(first * spacing), 25.0)
@@ -138,9 +146,11 @@ UNCERTAIN = [(seed, sds) for seed in (2, 4, 6, 10) for sds in ((0.2, 0.1, 0.05),
 
 @pytest.mark.integration
 @pytest.mark.parametrize(("seed", "sds"), sample(UNCERTAIN, 3))
-def test_where_places_are_uncertain_nobody_who_passes_the_nose_is_hit_or_made_to_brake_hard(seed, sds):
-    """Found by sensors at a construction site: larger boxes seemed to touch the nose that waited beside them. The ego
-    took itself to be in their way already, and went on in front of them.
+def test_nose_out_uncertain_positions_hit_no_passing_vehicle(seed, sds):
+    """With uncertain positions, no passing vehicle is hit or made to brake hard.
+
+    Found in sensor mode at a construction site: larger boxes seemed to touch the front that waited beside them. The
+    ego counted as being in their path already and went on in front of them.
     """
     rng = np.random.default_rng(seed)
     pace_mps, headway_s = rng.uniform(5.0, 12.0), rng.uniform(1.5, 5.5)
@@ -160,8 +170,12 @@ def test_where_places_are_uncertain_nobody_who_passes_the_nose_is_hit_or_made_to
 
 
 @pytest.mark.integration
-def test_by_sensors_a_plan_that_stands_for_a_gap_ends_soon_so_that_the_next_goes_round_what_is_seen_by_then():
-    """It waited for three minutes, because a cone that was seen after it began lay 5 cm too near to its path."""
+def test_execution_stopped_for_gap_times_out():
+    """In sensor mode, a plan that is stopped for a gap ends soon. The next one uses the newer objects.
+
+    Before, the plan waited for three minutes, because a cone detected after its start was 5 cm too near to its
+    path.
+    """
     rng, world = np.random.default_rng(1), beside_a_stream(spacing_m=12.0).fill(3.0)
     running, told = Execution(PLAN, GUARD, guided=False), None
     assert running.start(seen_by_sensors(world, rng, (0.1, 0.05, 0.03)), world.time_s).accepted
@@ -201,8 +215,11 @@ def least_gap_m(goes):
     return many / 4
 
 
-def test_the_next_one_is_not_taken_for_the_one_that_was_let_by():
-    """Who comes after it watches us, and needs less room than the one that would not let us in."""
+def test_recheck_vehicle_after_yielding_needs_shorter_gap():
+    """The vehicle after the one that the ego yielded to is not confused with it.
+
+    The later vehicle reacts to the ego and needs a shorter gap than the one that did not yield.
+    """
 
     def goes(gap, to):
         view = at_the_border(gap, 9.0).view()
@@ -238,14 +255,16 @@ def test_nobody_waits_with_the_nose_in_the_oncoming_lane():
     assert begin_nosed_out(GUARD, (borrow,), world.view(), False, NOBODY, False) is None
 
 
-def test_from_inside_the_lane_a_lane_change_does_not_begin_without_its_gap():
+def test_begin_nosed_out_without_gap_starts_no_lane_change():
+    """From inside the lane, a lane change does not start without its gap."""
     world = Stream(ROAD, [thing("lead", 113.0), thing("car1", 95.0, LANE_M, speed=9.0)], x=100.0)
     assert begin_nosed_out(GUARD, (LEFT,), world.view(), False, NOBODY, False) is None
 
 
 @settings(max_examples=80, deadline=None)
 @given(st.floats(0.0, 0.5), st.floats(0.15, 0.5), st.floats(2.0, 4.5), st.floats(8.0, 30.0))
-def test_a_shift_from_a_heading_begins_with_it_ends_straight_and_turns_no_tighter_than_the_vehicle(d, yaw, to, length):
+def test_turned_shift_keeps_start_heading_and_turn_radius(d, yaw, to, length):
+    """A shift starts with the given heading, ends straight, and turns no tighter than the vehicle."""
     view = World(ROAD, x=100.0).view()
     path = turned_shift((100.0, d), yaw, d + to, length, 5.0, view)
     if path is None:
@@ -257,7 +276,9 @@ def test_a_shift_from_a_heading_begins_with_it_ends_straight_and_turns_no_tighte
     assert float(np.abs(np.diff(slope)).max()) / STEP_M <= 1.15 / view.ego.limits.min_turn_radius_m
 
 
-def test_with_the_nose_out_there_is_room_where_a_straight_start_has_none():
+def test_lateral_shift_from_turned_start_needs_shorter_gap():
+    """With the front out, a gap is long enough that is too short for a straight start."""
+
     def least(yaw):
         for gap in np.arange(2.0, 9.0, 0.2):
             view = World(ROAD, [thing("lead", 100.0 + 2.45 + float(gap) + 2.3)], x=100.0, y=0.35).view()

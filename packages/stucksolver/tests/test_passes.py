@@ -31,7 +31,8 @@ def body(x, y, yaw):
 
 @pytest.mark.parametrize("speed", [2.0, 5.0])
 @pytest.mark.parametrize("across", [-0.8, 0.0, 0.5])
-def test_the_way_back_begins_before_we_are_past_and_keeps_clear(speed, across):
+def test_pass_return_begins_early_and_keeps_gap(speed, across):
+    """The return starts before the ego is past the object, and keeps clear of it."""
     path = proven(thing("lead", 65.0, across, hazard=True), speed=speed).path
     lead = box(65.0 - 2.3, across - 0.95, 65.0 + 2.3, across + 0.95)
     turns = np.flatnonzero(np.diff(path.d) < -1e-3)
@@ -53,7 +54,8 @@ def test_a_pass_may_end_where_the_known_road_ends():
     assert not proven(thing("lead", 62.0)).path.stops
 
 
-def test_where_the_known_road_is_too_short_to_come_back_there_is_no_pass():
+def test_pass_known_road_too_short_to_return_is_rejected():
+    """Where the known road is too short to return, there is no pass."""
     count = 70
     lanes = tuple(
         lane.model_copy(update={name: getattr(lane, name)[:count] for name in ("offset_m", "width_m", "line")})
@@ -66,7 +68,8 @@ def test_where_the_known_road_is_too_short_to_come_back_there_is_no_pass():
 
 
 @pytest.mark.parametrize(("gap_m", "together"), [(5.0, True), (12.0, True), (15.0, True), (17.0, False), (25.0, False)])
-def test_a_row_is_cut_at_a_gap_that_one_can_stand_in(gap_m, together):
+def test_group_is_split_at_gap_for_one_vehicle(gap_m, together):
+    """A row is split at a gap in which a vehicle can stop."""
     objects = [thing("lead", 62.0, hazard=True), thing("next", 62.0 + 4.6 + gap_m, hazard=True)]
     scene = World(ROAD, objects).scene()
     lead = next(o for o in scene.objects if o.id == "lead")
@@ -75,8 +78,11 @@ def test_a_row_is_cut_at_a_gap_that_one_can_stand_in(gap_m, together):
         assert proven(*objects).path.passes == ("lead",)
 
 
-def test_the_way_back_keeps_clear_of_what_stands_beside_what_is_passed():
-    """Cones along the border of the lane, as beside a construction site, reach further than what is passed."""
+def test_pass_return_keeps_gap_to_adjacent_cones():
+    """The return keeps clear of objects beside the passed one.
+
+    Cones along the border of the lane, as beside a construction site, reach farther than the passed object.
+    """
     cones = [thing(f"cone{k}", 64.0 + 2.0 * k, 1.45, kind=ObjectKind.CONE) for k in range(5)]
     path = proven(thing("lead", 70.0, hazard=True), *cones, speed=3.0).path
     bodies = [body(*at) for at in zip(path.s, path.d, path.body(0.0, 2.9), strict=True)]

@@ -111,7 +111,8 @@ ALARMS = [
 
 @pytest.mark.integration
 @pytest.mark.parametrize("words", ALARMS)
-def test_alarm_ends_a_running_plan_and_none_begins_for_a_while(words):
+def test_alarm_ends_running_plan_and_blocks_new_ones(words):
+    """An alarm ends the running plan, and no plan starts for a while."""
     said_s = round(begun_s() + 0.1, 2)
     seen = drive(round_a_car(), said_s + 5.0, words={said_s: words})
     ended = [e for e in seen.events if e.kind in (EventKind.ABORTED, EventKind.FINISHED)]

@@ -66,7 +66,8 @@ def refused_near(world: World, *ids: str):
 @pytest.mark.parametrize(
     ("ids", "names"), [(("lead",), ["back_up", "change_lane"]), (("other",), ["change_lane"]), ((), ["change_lane"])]
 )
-def test_rules_back_up_only_if_the_obstacle_itself_was_too_near(ids, names):
+def test_rules_back_up_only_if_obstacle_was_too_near(ids, names):
+    """The rules back up only if the obstacle itself was too near."""
     decision = refused_near(World(ROADS["lane on the left"], [parked(5.0)]), *ids)
     assert [b.name for b in behaviors_of(decision)][: len(names)] == names
 

@@ -166,6 +166,7 @@ def test_architecture_page_matches_the_checks():
     page = (HOUSE / "ARCHITECTURE.md").read_text(encoding="utf-8")
     rows = re.findall(r"^\| `(\w+)` \|[^|]*\| ([^|]*) \|$", page, re.MULTILINE)
     documented = {room: set() if names == "–" else set(names.split(", ")) for room, names in rows}
-    assert {room: documented.get(room) for room in MAY_IMPORT} == MAY_IMPORT
+    folders = {room: names for room, names in MAY_IMPORT.items() if (ROOT / room).is_dir()}
+    assert {room: documented.get(room) for room in folders} == folders
     files = re.findall(r"`((?:\w+/)+\w+\.py)`", page)
     assert files and all((ROOT / file).is_file() or (HOUSE / file).is_file() for file in files)

@@ -48,7 +48,8 @@ def test_it_waits_at_a_red_light(state):
 
 
 @pytest.mark.parametrize("distance", [-1.5, 21.0])
-def test_a_red_light_behind_or_far_away_is_no_reason_to_wait(distance):
+def test_red_light_behind_or_far_is_no_legitimate_wait(distance):
+    """A red light behind the ego or far away is no reason to wait."""
     decision = decide(World(TWO_WAY, controls=(red_light(distance),)))
     assert decision.analysis.cause is CauseCode.UNKNOWN
 
@@ -59,7 +60,8 @@ def test_a_red_light_for_others_is_no_reason_to_wait():
 
 
 @pytest.mark.parametrize("stopped_s", [10.0, 179.0, 181.0, 3600.0])
-def test_nothing_leads_past_a_red_light_however_long_it_lasts_but_help_is_called(stopped_s):
+def test_red_light_is_not_passed_but_requests_assistance(stopped_s):
+    """The rules pass no red light, however long it lasts, but request assistance."""
     world = World(TWO_WAY, [thing("lead", 60.0, hazard=True)], controls=(red_light(18.0),))
     plan = decide(world, stopped_s=stopped_s).plan
     assert (plan is None) == (stopped_s < 180.0)
@@ -67,14 +69,16 @@ def test_nothing_leads_past_a_red_light_however_long_it_lasts_but_help_is_called
 
 
 @pytest.mark.parametrize(("stopped_s", "waits"), [(40.0, True), (179.0, True), (200.0, False)])
-def test_a_shut_gate_is_waited_for_as_a_red_light_is(stopped_s, waits):
+def test_crossing_gate_closed_waits_like_red_light(stopped_s, waits):
+    """A closed crossing gate is waited for like a red light."""
     gate = thing("gate", 60.0, kind=ObjectKind.CROSSING_GATE, length=0.3, width=3.0)
     decision = decide(World(TWO_WAY, [gate]), stopped_s=stopped_s)
     assert (decision.analysis.wait is WaitReason.LIGHT) == waits
     assert decision.plan is None or [b.name for b in decision.plan.behaviors] == ["request_assistance"]
 
 
-def test_a_parked_car_before_a_light_is_passed_once_it_is_green():
+def test_parked_car_before_green_light_is_passed():
+    """A parked car before a traffic light is passed when the light is green."""
     world = World(TWO_WAY, [thing("lead", 60.0, hazard=True)], controls=(red_light(18.0, LightState.GREEN),))
     assert behaviors_of(decide(world))[0].name == "borrow_oncoming_lane"
 
@@ -169,7 +173,8 @@ def test_moving_without_getting_on_is_a_loop():
     assert [b.name for b in behaviors_of(decision)] == ["replan"]
 
 
-def test_who_drives_in_circles_before_a_red_light_has_not_waited_at_it():
+def test_red_light_ego_in_loop_has_not_waited():
+    """An ego that drives in circles before a red light has not waited at it."""
     scene = World(TWO_WAY).scene()
     ego = scene.ego.model_copy(update={"speed_mps": 2.0, "progress_20s_m": 2.0, "stopped_for_s": 3.0})
     held = scene.model_copy(update={"ego": ego, "controls": (red_light(0.0),)})
@@ -263,13 +268,15 @@ def test_an_oncoming_car_is_let_pass_first():
     assert behaviors_of(decide(world))[0].name == "borrow_oncoming_lane"
 
 
-def test_with_a_lane_of_our_own_beside_it_changes_there_and_back():
+def test_blocker_with_adjacent_lane_plans_two_lane_changes():
+    """With an adjacent lane in its direction, the ego changes there and back."""
     out, back = behaviors_of(decide(World(MULTI, [thing("lead", 64.75)])))
     assert isinstance(out, ChangeLane) and isinstance(back, ChangeLane)
     assert (out.side, back.side) == ("left", "right")
 
 
-def test_what_stands_in_the_lane_beside_blocks_it_and_who_drives_there_is_a_matter_of_the_moment():
+def test_adjacent_lane_stopped_vehicle_blocks_and_moving_does_not():
+    """A stopped vehicle in the adjacent lane blocks it; a moving one blocks it only temporarily."""
     stands = World(MULTI, [thing("lead", 64.75), thing("other", 66.0, LANE_M)])
     assert wait_of(decide(stands)) is WaitReason.YIELD
     drives = World(MULTI, [thing("lead", 64.75), thing("quick", 35.0, LANE_M, speed=12.0)])
@@ -295,7 +302,8 @@ def test_only_what_the_stack_offers_is_planned(offers):
     assert wait_of(decide(world)) is WaitReason.NO_SAFE_WAY
 
 
-def test_the_observation_names_who_matters_and_what_they_are_about_to_do():
+def test_observation_names_relevant_road_users_with_intents():
+    """The observation names the relevant road users and their intents."""
     world = blocked()
     world.objects += [thing("oncoming", 120.0, LANE_M, speed=-8.0), thing("far away", 200.0, -9.0)]
     seen = {p.object_id: p.intent for p in decide(world).observation.participants}
@@ -306,7 +314,8 @@ def test_the_observation_names_who_matters_and_what_they_are_about_to_do():
 
 
 @pytest.mark.parametrize("distance_m", [-0.9, -0.4, -0.04, 0.0, 0.3, 5.0])
-def test_no_sentence_puts_a_sign_before_a_zero_or_something_ahead_that_is_behind(distance_m):
+def test_rule_texts_have_no_negative_zero_or_distance_ahead(distance_m):
+    """No text has a sign before a zero, or an object ahead that is behind."""
     walker = thing("walker", 54.75 - 2.45 + distance_m, 0.0, kind=ObjectKind.PEDESTRIAN, sideways=1.0)
     for world in (World(TWO_WAY, controls=(red_light(distance_m),)), World(TWO_WAY, [walker])):
         decision = decide(world, speed_mps=distance_m / 10.0)

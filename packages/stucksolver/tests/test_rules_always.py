@@ -100,7 +100,8 @@ def test_words_that_nobody_has_read_are_not_understood():
 
 
 @pytest.mark.parametrize(("words", "plans"), [("overtake on the left", True), ("overtake on the right", False)])
-def test_it_passes_on_the_side_that_was_asked_for_or_not_at_all(words, plans):
+def test_guidance_side_is_used_or_no_plan(words, plans):
+    """The ego passes on the requested side or not at all."""
     assert (decide(cyclists(), words).plan is not None) is plans
 
 
@@ -166,7 +167,8 @@ PLAUSIBLE = model(
 @pytest.mark.integration
 @settings(max_examples=100, suppress_health_check=list(HealthCheck))
 @given(scene=PLAUSIBLE | model(Scene))
-def test_every_scene_gets_a_valid_decision_that_uses_only_what_is_offered(scene):
+def test_every_scene_gets_valid_decision_with_offered_behaviors(scene):
+    """Every scene gets a valid decision that uses only offered behaviors."""
     decision = RuleReasoner().decide(ReasonerRequest(scene)).decision
     assert Decision.model_validate_json(decision.model_dump_json()) == decision
     if decision.plan is not None:

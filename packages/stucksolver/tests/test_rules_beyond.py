@@ -25,7 +25,8 @@ def after(gap_m, **more):
 
 
 @pytest.mark.parametrize("gap_m", [11.0, 12.5, 14.0, 17.0])
-def test_a_car_that_waits_beyond_an_accident_is_not_passed_with_it(gap_m):
+def test_group_excludes_car_waiting_beyond_accident(gap_m):
+    """A car that waits beyond an accident is not passed together with it."""
     no_room = (PlanFailure.NO_ROOM_TO_COME_BACK,)
     assert group(after(gap_m)) == group(after(gap_m), failed=no_room) == ["lead"]
 
@@ -42,7 +43,8 @@ def test_what_is_an_obstruction_itself_joins_it(more):
     assert group(after(12.0, **more)) == ["lead", "beyond"]
 
 
-def test_without_room_to_come_back_before_it_it_is_passed_too_or_not_at_all():
+def test_group_without_gap_to_return_includes_next_car():
+    """Without a gap to return before it, the next car is passed too."""
     assert group(after(8.0)) == ["lead", "beyond"]
 
 

@@ -71,7 +71,7 @@ def test_a_way_that_starts_abreast_is_taken(behind_m, taken):
     assert replanned(decide(TWO_WAY, WHOLE, start)) == ("a" if taken else None)
 
 
-def test_a_row_with_a_gap_for_a_car_is_no_closure():
+def test_row_with_gap_for_car_is_not_closed():
     things = [item for item in row(-1.2, LANE_M + 3.0) if not 1.5 < item.y_m < 4.0]
     assert replanned(decide(TWO_WAY, things, elsewhere("a", 500.0))) is None
 
@@ -90,7 +90,8 @@ def test_vehicles_close_no_road():
     ],
     ids=["leads nowhere", "not known where it leads", "in the closed road"],
 )
-def test_only_a_way_beside_the_route_that_reaches_the_destination_will_do(waypoint):
+def test_replan_needs_waypoint_beside_route_reaching_destination(waypoint):
+    """Only a waypoint beside the route that reaches the destination is used."""
     assert replanned(decide(TWO_WAY, WHOLE, waypoint)) is None
 
 
@@ -104,12 +105,14 @@ def test_another_route_is_planned_once():
     assert replanned(decide(TWO_WAY, WHOLE, elsewhere("a", 500.0), attempts=(tried,))) is None
 
 
-def test_a_passenger_who_asks_to_pass_is_not_taken_another_way():
+def test_guidance_to_pass_prevents_replan():
+    """A passenger who asks to pass is not taken along another route."""
     words = said("overtake on the left")
     assert replanned(decide(TWO_WAY, WHOLE, elsewhere("a", 500.0), guidance=words)) is None
 
 
-def test_another_street_is_not_tried_where_every_way_to_the_destination_comes_by_here_again():
+def test_replan_by_guidance_without_other_road_is_explained():
+    """Another street is not tried where every route to the destination returns to the same place."""
     back = elsewhere("back", None, reaches=False).model_copy(update={"x_m": -9.0})
     van = [thing("van", 60.0, 0.0, stationary_s=60.0, seen_for_s=60.0)]
     asked = said("Take another street.")

@@ -69,14 +69,16 @@ def beyond_the_lead(**more):
     return World(MULTI, [thing("lead", 60.0, hazard=True), thing("it", 73.0, LANE_M, **{**usual, **more})])
 
 
-def test_a_bag_in_the_lane_beside_is_driven_over_on_the_way_past():
+def test_bag_in_adjacent_lane_is_driven_over_in_pass():
+    """A bag in the adjacent lane is driven over during the pass."""
     out, over, back = behaviors_of(decide(beyond_the_lead()))
     assert (out.name, over.name, back.name) == ("change_lane", "drive_over", "change_lane")
     assert (out.side, over.object_id, back.side) == ("left", "it", "right")
 
 
 @pytest.mark.integration
-def test_the_way_over_a_bag_in_the_lane_beside_is_proven_and_driven_to_its_end():
+def test_drive_over_in_adjacent_lane_is_completed():
+    """The path over a bag in the adjacent lane is proven and driven to its end."""
     world = beyond_the_lead()
     seen = drive(world, 40.0)
     assert "the plan is done" in seen.texts(EventKind.FINISHED)
@@ -92,7 +94,8 @@ def stranded(lead_x=52.0, **more):
 
 @pytest.mark.integration
 @pytest.mark.parametrize("lead_x", [52.0, 60.0])
-def test_in_the_lane_beside_before_a_bag_it_drives_over_it_and_returns(lead_x):
+def test_stranded_before_bag_drives_over_and_returns(lead_x):
+    """An ego before a bag in the adjacent lane drives over the bag and returns."""
     over, back = behaviors_of(decide(stranded(lead_x)))
     assert (over.name, over.object_id, back.name, back.side) == ("drive_over", "it", "change_lane", "right")
     world = stranded(lead_x)
@@ -102,12 +105,14 @@ def test_in_the_lane_beside_before_a_bag_it_drives_over_it_and_returns(lead_x):
 
 
 @pytest.mark.parametrize("more", [{"height": 0.4}, {"kind": K.DEBRIS}], ids=str)
-def test_in_the_lane_beside_before_what_is_not_soft_it_does_not(more):
+def test_stranded_before_hard_object_does_not_drive_over(more):
+    """An ego before a hard object in the adjacent lane does not drive over it."""
     decision = decide(stranded(**more))
     assert decision.plan is None or "drive_over" not in names(decision)
 
 
-def test_in_the_lane_beside_it_drives_up_to_what_sensors_see_to_see_it_better():
+def test_stranded_before_uncertain_object_approaches_it():
+    """In sensor mode, an ego in the adjacent lane drives up to an object to perceive it better."""
     (up_to,) = behaviors_of(decide(stranded(height=0.25, position_sd_m=0.05)))
     assert (up_to.name, up_to.distance_m) == ("keep_lane", pytest.approx(16.0 - 2.45 - 0.15 - 4.0, abs=0.2))
     near = decide(stranded(height=0.25, position_sd_m=0.05, x=58.0))
@@ -115,7 +120,8 @@ def test_in_the_lane_beside_it_drives_up_to_what_sensors_see_to_see_it_better():
 
 
 @pytest.mark.integration
-def test_in_the_lane_beside_that_is_free_again_it_goes_on_and_returns():
+def test_stranded_with_free_lane_goes_on_and_returns():
+    """An ego in the adjacent lane that is free again goes on and returns."""
     world = World(MULTI, [thing("lead", 52.0, hazard=True, position_sd_m=0.05)], y=LANE_M)
     on, back = behaviors_of(decide(world))
     assert (on.name, back.name, back.side) == ("keep_lane", "change_lane", "right")
@@ -125,13 +131,15 @@ def test_in_the_lane_beside_that_is_free_again_it_goes_on_and_returns():
 
 
 @pytest.mark.parametrize("sd_m, again", [(0.05, True), (None, False)])
-def test_a_refusal_for_who_drove_by_does_not_rule_out_driving_over(sd_m, again):
+def test_drive_over_rejected_for_traffic_is_tried_again(sd_m, again):
+    """A rejection for a passing vehicle does not rule out driving over, in sensor mode."""
     told = after(bag(position_sd_m=sd_m), RejectCode.COLLISION, "drive_over", ago_s=5.0)
     assert (names(told) == ["drive_over"]) == again
     assert names(after(bag(position_sd_m=sd_m), RejectCode.NOT_PASSABLE, "drive_over", ago_s=5.0)) != ["drive_over"]
 
 
-def test_a_rock_in_the_lane_beside_is_nothing_to_wait_for():
+def test_hard_object_in_adjacent_lane_is_not_waited_for():
+    """A rock in the adjacent lane is no reason to wait: there is no safe plan."""
     decision = decide(beyond_the_lead(kind=K.DEBRIS))
     assert (decision.plan, decision.analysis.wait) == (None, WaitReason.NO_SAFE_WAY)
     assert names(decide(beyond_the_lead(kind=K.DEBRIS), stopped_s=121.0)) == ["request_assistance"]
@@ -142,7 +150,8 @@ def test_a_rock_in_the_lane_beside_is_nothing_to_wait_for():
     [(1.9, 0.05, True), (1.9, None, False), (2.2, 0.05, False)],
     ids=["sensed", "exact", "further in"],
 )
-def test_a_cone_that_sensors_place_beyond_the_line_does_not_block_the_lane(y, sd_m, passed):
+def test_cone_uncertain_near_line_does_not_block_lane(y, sd_m, passed):
+    """A cone that sensors place just over the line does not block the lane."""
     cone = thing("cone", 66.0, y, kind=K.CONE, position_sd_m=sd_m)
     plan = decide(World(MULTI, [thing("lead", 65.0, hazard=True), cone])).plan
     assert (plan is not None) == passed
@@ -167,7 +176,8 @@ def test_too_near_to_swing_out_it_backs_up_first():
 
 
 @pytest.mark.parametrize("sd_m, moves", [(0.1, ["back_up", "borrow_oncoming_lane"]), (None, ["borrow_oncoming_lane"])])
-def test_after_a_gap_too_small_beside_what_sensors_widen_it_swings_out_from_further_back(sd_m, moves):
+def test_gap_rejected_with_uncertain_lead_backs_up_first(sd_m, moves):
+    """In sensor mode, after a gap that was too small, the ego swings out from farther back."""
     world = World(TWO_WAY, [thing("lead", 50.0 + 2.45 + 5.5 + 2.3, position_sd_m=sd_m)])
     assert names(decide(world)) == ["borrow_oncoming_lane"]
     # So long ago that it is not the same moment, but not forgotten.
@@ -175,14 +185,16 @@ def test_after_a_gap_too_small_beside_what_sensors_widen_it_swings_out_from_furt
 
 
 @pytest.mark.parametrize("sd_m, speed_mps", [(0.1, 3.0), (None, 5.5)])
-def test_after_a_gap_too_small_beside_what_sensors_widen_it_changes_lanes_more_slowly(sd_m, speed_mps):
+def test_gap_rejected_with_uncertain_lead_changes_lane_slowly(sd_m, speed_mps):
+    """In sensor mode, after a gap that was too small, the ego changes lanes more slowly."""
     world = World(MULTI, [thing("lead", 75.0, hazard=True, position_sd_m=sd_m)])
     out, _ = behaviors_of(after(world, RejectCode.GAP, "change_lane", ago_s=10.0))
     assert (out.name, out.speed_mps) == ("change_lane", speed_mps)
 
 
 @pytest.mark.parametrize("sd_m, speed_mps", [(0.1, 3.0), (None, 5.5)])
-def test_half_way_past_what_sensors_widen_it_goes_on_more_slowly_after_a_gap_too_small(sd_m, speed_mps):
+def test_gap_rejected_halfway_past_uncertain_lead_slows_down(sd_m, speed_mps):
+    """In sensor mode, halfway past the lead vehicle, the ego goes on more slowly after such a gap."""
     world = World(MULTI, [thing("lead", 62.0, hazard=True, position_sd_m=sd_m)], y=LANE_M)
     moves = behaviors_of(after(world, RejectCode.GAP, "keep_lane", ago_s=10.0))
     assert [move.speed_mps for move in moves if move.name == "keep_lane"] == [speed_mps]
@@ -196,13 +208,15 @@ def test_it_backs_up_less_where_there_is_less_room_behind():
 
 
 @pytest.mark.parametrize(("sd_m", "back_m"), [(0.05, 1.4), (None, 2.0)])
-def test_refused_for_its_sight_behind_it_backs_up_less_by_sensors(sd_m, back_m):
+def test_sight_behind_rejected_in_sensor_mode_backs_up_less(sd_m, back_m):
+    """After a rejection for the sight behind, the ego backs up less in sensor mode."""
     tight = World(TWO_WAY, [thing("lead", 57.75, position_sd_m=sd_m), thing("behind", 40.0)])
     moves = behaviors_of(after(tight, RejectCode.PATH_NOT_VISIBLE, "back_up", "borrow_oncoming_lane", ago_s=10.0))
     assert moves[0].name == "back_up" and moves[0].distance_m == back_m
 
 
-def test_with_too_little_sight_it_gets_back_and_aside_and_passes_from_there():
+def test_oncoming_sight_rejected_backs_up_nudges_and_passes():
+    """With too little sight, the ego backs up, nudges aside, and passes from there."""
     refused = RejectCode.ONCOMING_SIGHT
     near, far = World(TWO_WAY, [thing("lead", 60.0)]), World(TWO_WAY, [thing("lead", 50.0 + 2.45 + 12.0 + 2.3)])
     assert names(after(near, refused, "borrow_oncoming_lane")) == ["back_up", "nudge", *LOOK]
@@ -210,7 +224,8 @@ def test_with_too_little_sight_it_gets_back_and_aside_and_passes_from_there():
     assert names(after(far, refused, "borrow_oncoming_lane", ago_s=2.0)) == ["borrow_oncoming_lane"]
 
 
-def test_by_sensors_with_too_little_sight_it_backs_up_and_only_if_that_was_in_vain_moves_aside():
+def test_oncoming_sight_rejected_in_sensor_mode_nudges_only_later():
+    """In sensor mode, with too little sight, the ego backs up, and nudges only if that did not help."""
     refused, near = RejectCode.ONCOMING_SIGHT, World(TWO_WAY, [thing("lead", 60.0, position_sd_m=0.05)])
     assert names(after(near, refused, "borrow_oncoming_lane")) == list(BACK)
     behind = World(TWO_WAY, [*near.objects, thing("behind", 40.0)])
@@ -228,7 +243,8 @@ def test_by_sensors_with_too_little_sight_it_backs_up_and_only_if_that_was_in_va
     assert looked(RejectCode.COLLISION, refused) == list(BACK), "somebody came"
 
 
-def test_from_beside_what_stands_far_right_it_looks_without_going_further_back_than_to_swing_out():
+def test_oncoming_sight_behind_offset_van_backs_up_just_enough():
+    """Behind a vehicle far to the right, the ego backs up no farther than to swing out."""
     van = World(TWO_WAY, [thing("lead", 60.0, -0.6)])
     back, nudge, room, borrow = behaviors_of(after(van, RejectCode.ONCOMING_SIGHT, "borrow_oncoming_lane"))
     assert [b.name for b in (back, nudge, room, borrow)] == ["back_up", "nudge", "back_up", "borrow_oncoming_lane"]
@@ -253,7 +269,8 @@ def test_a_look_that_did_not_help_is_not_repeated():
 
 
 @pytest.mark.parametrize(("sd_m", "looks"), [(0.05, True), (None, False)])
-def test_backing_up_to_swing_out_was_no_look_if_sight_wavers_as_that_of_sensors(sd_m, looks):
+def test_back_up_before_uncertain_sight_does_not_count_as_look(sd_m, looks):
+    """Backing up to swing out does not count as a look if the sight is uncertain, as in sensor mode."""
     far = World(TWO_WAY, [thing("lead", 50.0 + 2.45 + 12.0 + 2.3, position_sd_m=sd_m)])
     attempts = [
         FailedAttempt(time_s=0.0, behaviors=behaviors, codes=(RejectCode.ONCOMING_SIGHT,), outcome="")
@@ -265,7 +282,8 @@ def test_backing_up_to_swing_out_was_no_look_if_sight_wavers_as_that_of_sensors(
     assert not looks or names(decision) == ["nudge", *LOOK]
 
 
-def test_by_sensors_it_goes_aside_only_as_far_as_the_guard_allows_with_what_localisation_may_be_off():
+def test_nudge_in_sensor_mode_keeps_localization_uncertainty():
+    """In sensor mode, the nudge is limited to what the guard allows with the localization uncertainty."""
     aside = []
     for sd_m in (None, 0.05):
         far = World(TWO_WAY, [thing("lead", 50.0 + 2.45 + 12.0 + 2.3, position_sd_m=sd_m)])
@@ -289,7 +307,8 @@ def test_refused_for_want_of_clearance_it_tries_at_walking_pace(code):
 
 
 @pytest.mark.parametrize(("sd_m", "sight_m", "speed_mps"), [(0.1, 70.0, 5.5), (0.1, 300.0, 2.2), (None, 70.0, 2.2)])
-def test_by_sensors_it_tries_at_walking_pace_only_where_enough_is_seen_for_that(sd_m, sight_m, speed_mps):
+def test_walking_pace_in_sensor_mode_needs_enough_sight(sd_m, sight_m, speed_mps):
+    """In sensor mode, walking pace is tried only where the sight distance is enough for it."""
     world = World(straight_road(oncoming=LineKind.SOLID), [thing("lead", 65.0, position_sd_m=sd_m)], sight_m=sight_m)
     (borrow,) = behaviors_of(after(world, RejectCode.CLEARANCE, "borrow_oncoming_lane", ago_s=10.0))
     assert borrow.speed_mps == pytest.approx(speed_mps)
@@ -307,7 +326,8 @@ def crossing(gap_m=5.0, *others, **more):
     return World(NARROW, [thing("nose", 50.0 + 2.45 + gap_m + 0.95, -2.3, yaw=math.pi / 2, **more), *others])
 
 
-def test_who_stands_across_goes_first_and_if_it_does_not_we_creep_up_to_it():
+def test_vehicle_stopped_across_goes_first_then_ego_creeps():
+    """A vehicle across the path goes first. If it does not move, the ego creeps up to it."""
     first = decide(crossing(), stopped_s=7.0)
     assert (first.plan, first.analysis.wait) == (None, WaitReason.YIELD)
     (creep,) = behaviors_of(decide(crossing(), stopped_s=9.0))
@@ -315,7 +335,8 @@ def test_who_stands_across_goes_first_and_if_it_does_not_we_creep_up_to_it():
     assert Guard().accept([creep], crossing().view(), False)[0].accepted
 
 
-def test_with_no_room_left_before_who_stands_across_it_does_not_creep():
+def test_vehicle_stopped_across_without_gap_is_not_approached():
+    """With no distance left before a vehicle across the path, the ego does not creep."""
     assert decide(crossing(gap_m=2.0)).plan is None
 
 
@@ -328,7 +349,7 @@ def test_with_no_room_left_before_who_stands_across_it_does_not_creep():
     ],
     ids=["in a queue", "at a red light", "broken down"],
 )
-def test_it_does_not_creep_up_to_a_queue_or_at_a_red_light_or_to_a_breakdown(world):
+def test_creep_to_queue_red_light_or_breakdown_is_not_planned(world):
     assert decide(world).plan is None
 
 
@@ -338,21 +359,24 @@ def crawling(y=2.6, yaw=-0.2, speed=1.5, **ego):
     return decide(World(NARROW, stream), **ego)
 
 
-def test_into_a_crawling_stream_that_leaves_no_gap_it_noses_in():
+def test_crawling_flow_without_gap_is_entered_slowly():
+    """The ego noses into a crawling traffic flow that leaves no gap."""
     decision = crawling(y=3.0)
     (nose,) = behaviors_of(decision)
     assert decision.analysis.cause is CauseCode.BLOCKED_ROAD
     assert (nose.name, nose.distance_m, nose.speed_mps) == ("keep_lane", 1.3, 1.5)
 
 
-def test_how_far_it_noses_in_depends_on_the_room_beside_the_stream():
+def test_crawling_flow_entry_distance_depends_on_clearance():
+    """How far the ego noses in depends on the clearance beside the traffic flow."""
     way = [behaviors_of(crawling(y=y))[0].distance_m for y in (2.9, 3.0, 3.1, 4.5)]
     assert way == sorted(way) and way[0] < way[1] < way[2] and way[3] == 3.0
     assert crawling(y=2.7).plan is None
 
 
 @pytest.mark.parametrize("how", [{"stopped_s": 15.0}, {"speed": 6.0}, {"yaw": 0.0}], ids=str)
-def test_who_has_not_stood_long_or_has_a_quick_or_a_parallel_stream_beside_it_does_not_nose_in(how):
+def test_crawling_flow_short_stop_or_fast_flow_is_not_entered(how):
+    """After a short stop, or beside a fast or parallel traffic flow, the ego does not nose in."""
     decision = crawling(**how)
     assert (decision.plan, decision.analysis.wait) == (None, WaitReason.QUEUE)
 
@@ -364,13 +388,15 @@ def facing(*others):
     return World(road, [thing("other", 60.0, 1.2, yaw=math.pi), *others])
 
 
-def test_before_who_faces_us_on_a_narrow_road_it_backs_up_and_gives_way():
+def test_oncoming_vehicle_on_narrow_road_is_yielded_to():
+    """For a facing vehicle on a narrow road, the ego backs up and yields."""
     back, wait = behaviors_of(decide(facing()))
     assert (back.name, back.distance_m, wait.name, wait.until) == ("back_up", 8.0, "wait", "clear")
     assert decide(facing(thing("behind", 42.0))).plan is None
 
 
-def test_without_any_way_it_waits_two_minutes_and_then_calls_for_help():
+def test_no_safe_plan_waits_120_s_then_requests_assistance():
+    """Without a plan, the ego waits two minutes and then requests assistance."""
     world = World(NARROW, [thing("lead", 65.0)])
     assert decide(world, stopped_s=100.0).analysis.wait is WaitReason.NO_SAFE_WAY
     assert names(decide(world, stopped_s=121.0)) == ["request_assistance"]

@@ -27,7 +27,8 @@ def test_on_a_free_road_it_drives_on_after_eight_seconds():
 
 
 @pytest.mark.integration
-def test_the_driver_that_never_sets_off_is_moved_by_the_solver():
+def test_solver_driver_never_sets_off_is_moved():
+    """A driver that never sets off is moved by the solver."""
     world = World(TWO_WAY, cruise_mps=0.0)
     seen = drive(world, 60.0)
     assert EventKind.RECOVERED in seen.kinds()
@@ -36,16 +37,19 @@ def test_the_driver_that_never_sets_off_is_moved_by_the_solver():
 
 @pytest.mark.parametrize("state", [LightState.RED, LightState.YELLOW, LightState.UNKNOWN])
 @pytest.mark.parametrize("distance", [3.0, 15.0, 28.0])
-def test_not_towards_a_light_that_is_not_known_to_be_green(state, distance):
+def test_onward_light_not_known_green_stays(state, distance):
+    """The ego does not drive on toward a light that is not known to be green."""
     assert decide(World(TWO_WAY, controls=(red_light(distance, state),)), stopped_s=10.0).plan is None
 
 
-def test_past_a_red_light_of_another_lane_and_a_green_one_it_drives_on():
+def test_onward_green_light_or_other_lanes_red_drives_on():
+    """The ego drives on past a green light or a red light of another lane."""
     assert plan(World(TWO_WAY, controls=(red_light(15.0, applies=False),))) == [("keep_lane", 5.5)]
     assert plan(World(TWO_WAY, controls=(red_light(15.0, LightState.GREEN),))) == [("keep_lane", 2.2)]
 
 
-def test_after_its_stop_at_a_sign_it_creeps_over_the_line():
+def test_onward_after_stop_sign_creeps_over_line():
+    """After its stop at a stop sign, the ego creeps over the line."""
     sign = TrafficControl(kind=ControlKind.STOP_SIGN, distance_m=2.0, applies=True)
     assert plan(World(TWO_WAY, controls=(sign,))) == [("keep_lane", 2.2)]
 

@@ -39,12 +39,14 @@ def test_at_a_red_light_it_stops_and_does_nothing_more():
     assert names(pushing(controls=(red_light(6.0),))) == ["wait"]
 
 
-def test_at_rest_it_decides_as_behind_a_parked_car_and_waits_for_one_that_has_just_stopped():
+def test_pushing_at_rest_is_decided_like_parked_car():
+    """At rest, the rules decide as behind a parked car, and wait for one that has just stopped."""
     assert names(pushing(speed=0.0)) == ["back_up", "borrow_oncoming_lane"]
     assert pushing(speed=0.0, stood_s=1.0).plan is None
 
 
-def test_a_stack_that_cannot_wait_is_told_nothing_that_it_cannot_do():
+def test_pushing_without_offered_wait_plans_no_wait():
+    """A stack that offers no wait gets none."""
     assert "wait" not in names(pushing(offers=("back_up", "borrow_oncoming_lane")))
 
 

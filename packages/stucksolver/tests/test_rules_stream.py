@@ -38,7 +38,8 @@ def plan(decision):
     return [] if decision.plan is None else [(b.name, b.speed_mps) for b in decision.plan.behaviors]
 
 
-def test_the_wait_is_right_for_as_long_as_the_ladder_says():
+def test_flow_wait_is_legitimate_up_to_ladder_limit():
+    """The wait for a gap is legitimate for as long as the ladder permits."""
     assert profile("default").waits.limits().yield_s == 120.0
     early = decide(crossing(), stopped_s=119.0)
     assert (plan(early), early.analysis.wait) == ([], WaitReason.YIELD)
@@ -67,13 +68,15 @@ def test_over_the_line_of_a_stop_sign_it_creeps_first():
 
 
 @pytest.mark.parametrize(("ago_s", "again"), [(5.0, False), (20.0, True)])
-def test_after_a_wait_for_a_gap_in_vain_a_try_is_used_up(ago_s, again):
+def test_flow_failed_attempt_delays_next_attempt(ago_s, again):
+    """After a failed attempt to find a gap, the next attempt comes only later."""
     attempt = FailedAttempt(time_s=-ago_s, behaviors=("keep_lane",), codes=(RejectCode.COLLISION,), outcome="")
     assert bool(plan(decide(crossing(), attempts=(attempt,)))) is again
 
 
 @pytest.mark.parametrize(("away_m", "accepted"), [(40.0, True), (60.0, False), (80.0, False), (180.0, True)])
-def test_the_guard_lets_it_begin_behind_who_has_crossed_or_well_before_them(away_m, accepted):
+def test_flow_entry_behind_or_well_before_vehicle_is_accepted(away_m, accepted):
+    """The guard accepts a start behind a vehicle that has crossed, or well before one."""
     proposed = decide(crossing())
     world = World(TWO_WAY, [crossing(away_m)])
     verdict, _ = Guard().accept(list(proposed.plan.behaviors), world.view(), False)

@@ -40,8 +40,8 @@ def changed(behavior, heard):
     return apply_guidance_limits(RecoveryPlan(behaviors=(behavior,)), heard).behaviors[0]
 
 
-def begun(seen):
-    return [d.behavior for d in seen.directives if isinstance(d, Execute)]
+def begun(result):
+    return [d.behavior for d in result.directives if isinstance(d, Execute)]
 
 
 @pytest.mark.parametrize(
@@ -102,7 +102,9 @@ def test_it_backs_up_as_far_as_it_was_told(words, far_m, reasoner, tmp_path):
 
 @pytest.mark.integration
 @pytest.mark.parametrize("reasoner", [RuleReasoner(), DistilledReasoner()], ids=["rules", "student"])
-def test_a_speed_that_was_said_is_the_fastest_of_the_plan(reasoner):
+def test_guidance_speed_limits_fastest_behavior(reasoner):
+    """A requested speed is the highest one of the plan."""
+
     def fastest_mps(words):
         riders = [thing(name, x, speed=1.0) for name, x in (("near", 75.0), ("far", 81.0))]
         road = straight_road(left=LineKind.BROKEN)

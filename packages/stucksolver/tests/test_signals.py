@@ -39,14 +39,16 @@ def test_afterwards_ctrl_c_counts_as_before():
         signal.raise_signal(signal.SIGINT)
 
 
-def test_an_error_of_the_body_comes_through_and_the_handler_is_put_back():
+def test_uninterrupted_error_restores_handler():
+    """An error of the body is raised, and the signal handler is restored."""
     before = signal.getsignal(signal.SIGINT)
     with pytest.raises(OSError, match="no process"), uninterrupted():
         raise OSError("no process")
     assert signal.getsignal(signal.SIGINT) is before
 
 
-def test_it_holds_in_a_thread_that_is_not_the_main_one():
+def test_uninterrupted_in_other_thread_blocks_signal():
+    """Ctrl-C is blocked in a thread that is not the main one, too."""
     kept = []
 
     def body() -> None:

@@ -22,10 +22,10 @@ def parked(*others, road=TWO_WAY, **more):
     return World(road, [thing("lead", 75.0), *others], **more)
 
 
-def executed(seen):
+def executed(result):
     """Names of the behaviours performed, in order."""
     found = []
-    for directive in seen.directives:
+    for directive in result.directives:
         if isinstance(directive, Execute) and (not found or found[-1] != directive.behavior.name):
             found.append(directive.behavior.name)
     return found
@@ -52,7 +52,8 @@ def test_after_the_plan_the_vehicle_is_handed_back():
     assert seen.kinds()[-2:] == [EventKind.FINISHED, EventKind.CLOSED]
 
 
-def test_the_same_object_is_told_for_as_long_as_the_same_stretch_is_driven():
+def test_directive_is_same_object_while_path_is_same():
+    """The same object is sent for as long as the same path is driven."""
     seen = drive(parked(), 25.0)
     assert len({id(d) for d in seen.directives if isinstance(d, Execute)}) == 1
 
@@ -77,7 +78,8 @@ def test_oncoming_cars_are_let_pass_before_it_goes():
 
 
 @pytest.mark.integration
-def test_with_two_lanes_of_our_own_it_changes_there_and_back():
+def test_parked_car_with_two_lanes_uses_lane_change():
+    """With two lanes in its direction, the ego changes there and back."""
     world = parked(road=MULTI)
     seen = drive(world, 30.0)
     assert executed(seen) == ["change_lane"]
@@ -140,7 +142,7 @@ def test_a_red_light_costs_one_look_every_few_seconds():
     world = World(TWO_WAY, controls=(red_light(8.0),), cruise_mps=0.0)
     calls = []
     original = world.scene
-    world.scene = lambda seen: calls.append(world.time_s) or original(seen)
+    world.scene = lambda surroundings: calls.append(world.time_s) or original(surroundings)
     drive(world, 31.0)
     assert 9 <= len(calls) <= 11
     assert min(b - a for a, b in itertools.pairwise(calls)) >= 3.0 - 1e-6
@@ -181,7 +183,8 @@ def test_after_a_recovery_the_next_episode_starts_without_memories():
 
 
 @pytest.mark.integration
-def test_a_refused_reasoner_is_told_why_at_once_and_asked_later_after_that():
+def test_rejected_reasoner_gets_reason_at_once_then_cooldown():
+    """A rejected reasoner is queried with the reason at once, and later only after the pause."""
     world = parked(sight_m=100.0)
     seen = drive(world, 30.0, ladder=stubborn(cooldown_s=4.0))
     decided = [e for e in seen.events if e.kind is EventKind.DECIDED]
@@ -189,11 +192,12 @@ def test_a_refused_reasoner_is_told_why_at_once_and_asked_later_after_that():
     assert "oncoming_sight" in decided[1].scene.attempts[0].outcome
 
 
-def test_a_plan_with_a_new_route_asks_for_it_at_its_end():
+def test_plan_with_new_route_replans_at_end():
+    """A plan with a new route sends `Replan` once, with the start of that route."""
     world = parked(road=MULTI)
     original = world.scene
     place = CandidateWaypoint(id="left+60", lane_id="left", x_m=60.0, y_m=LANE_M, distance_m=60.0)
-    world.scene = lambda seen: original(seen).model_copy(update={"waypoints": (place,)})
+    world.scene = lambda surroundings: original(surroundings).model_copy(update={"waypoints": (place,)})
 
     class Onwards:
         name = "onwards"

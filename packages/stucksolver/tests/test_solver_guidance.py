@@ -17,8 +17,8 @@ def slow_cars(**more):
     return World(TWO_WAY, cars, x=40.0, **more)
 
 
-def endings(seen):
-    return seen.texts(EventKind.GUIDANCE_ENDED)
+def endings(result):
+    return result.texts(EventKind.GUIDANCE_ENDED)
 
 
 @pytest.mark.integration
@@ -28,7 +28,7 @@ def test_words_expire_after_30_s_with_the_last_reason_told():
     ended = next(e for e in seen.events if e.kind is EventKind.GUIDANCE_ENDED)
     assert ended.time_s == pytest.approx(35.05, abs=0.06)
     assert "expired" in ended.text
-    assert "sees 60 m of the oncoming lane" in ended.text
+    assert "oncoming lane: sight distance 60.0 m" in ended.text
     assert set(map(type, seen.directives)) == {type(CONTINUE)}
 
 
@@ -102,7 +102,8 @@ def test_how_long_words_last_is_a_setting():
 
 
 @pytest.mark.integration
-def test_words_taken_back_before_the_commit_point_end_the_plan_at_once():
+def test_guidance_withdrawn_before_commit_point_ends_plan():
+    """Guidance that is withdrawn before the commit point ends the plan at once."""
     world = World(TWO_WAY, [thing("lead", 100.0)], x=60.0)
     started = next(
         e.time_s
@@ -115,7 +116,9 @@ def test_words_taken_back_before_the_commit_point_end_the_plan_at_once():
 
 
 @pytest.mark.integration
-def test_words_taken_back_in_the_oncoming_lane_let_the_plan_bring_it_back_first():
+def test_guidance_withdrawn_in_oncoming_lane_returns_first():
+    """Guidance that is withdrawn in the oncoming lane lets the plan return to the ego's lane first."""
+
     def world():
         return World(TWO_WAY, [thing("lead", 100.0)], x=60.0)
 

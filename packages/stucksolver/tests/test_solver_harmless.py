@@ -138,7 +138,7 @@ def test_a_behaviour_that_the_stack_does_not_offer_is_refused():
     assert "behaviour borrow_oncoming_lane is not offered" in str(seen.events[1].verdict)
 
 
-def test_a_route_start_that_is_not_in_the_scene_is_refused():
+def test_route_start_not_in_scene_is_rejected():
     plan = planning(KeepLane(distance_m=5.0, speed_mps=2.0), replan_route=True, route_start="the moon")
     seen = drive(busy_road(), 15.0, reasoner=plan)
     assert set(map(type, seen.directives)) == {type(CONTINUE)}
@@ -158,7 +158,7 @@ def test_an_answer_to_words_that_nobody_said_changes_nothing(intent):
 
 
 @pytest.mark.integration
-def test_a_car_that_appears_before_the_commit_point_ends_the_plan():
+def test_car_appearing_before_commit_point_ends_plan():
     world = World(TWO_WAY, [thing("lead", 75.0)])
     stood = []
 
@@ -174,7 +174,8 @@ def test_a_car_that_appears_before_the_commit_point_ends_the_plan():
 
 
 @pytest.mark.integration
-def test_a_stack_that_does_not_move_ends_the_plan_by_its_time_allowance():
+def test_stack_that_does_not_move_ends_plan_by_timeout():
+    """A stack that does not move ends the plan when its time is over."""
     world = World(TWO_WAY, [thing("lead", 75.0)])
     seen = drive(world, 5.0)
     frozen = World(TWO_WAY, [thing("lead", 75.0)], x=world.x, cruise_mps=0.0)

@@ -52,8 +52,8 @@ def driven(spoil, seconds=12.0, world=None, **options):
     return told, orders, world
 
 
-def faults(told):
-    return [event.text for event in told if event.kind is EventKind.FAULT]
+def faults(events):
+    return [event.text for event in events if event.kind is EventKind.FAULT]
 
 
 def lines(caplog):
@@ -116,8 +116,11 @@ def test_step_two_fields_wrong_in_turn_are_two_reports():
 
 @pytest.mark.integration
 @pytest.mark.parametrize("field", ["time_s", "speed_mps", "progress_m"])
-def test_step_status_lost_during_a_plan_ends_it_and_frees_the_vehicle(field, tmp_path):
-    """A running plan is supervised for a while without a status. Then it ends, and the record derives all of it."""
+def test_step_status_lost_in_plan_ends_it_and_releases_vehicle(field, tmp_path):
+    """A running plan is monitored for a while without a status.
+
+    Then it ends, and the record replays all of it.
+    """
     begun = []
 
     def lost(status, tick):
@@ -151,8 +154,11 @@ def slowed(world):
 
 @pytest.mark.integration
 @pytest.mark.parametrize("field", ["time_s", "speed_mps"])
-def test_step_status_lost_for_seconds_is_no_jump_of_the_clock(field):
-    """Six seconds without a status are one report; then the vehicle is helped, in the same time as before."""
+def test_step_status_lost_for_6_s_is_one_report(field):
+    """Six seconds without a status are one report and no jump of the clock.
+
+    The vehicle is then helped in the same time as before.
+    """
 
     def lost(status, tick):
         return status.model_copy(update={field: math.nan}) if 30 <= tick < 150 else status
@@ -180,10 +186,10 @@ def test_step_status_lost_begins_no_plan_not_even_by_words():
 
 
 CLOCKS = {
-    "stands still": lambda tick: 5.0,
+    "does not advance": lambda tick: 5.0,
     "stands at nought": lambda tick: 0.0,
     "hardly goes": lambda tick: 5.0 + 1e-9 * tick,
-    "runs backwards": lambda tick: 1000.0 - 0.05 * tick,
+    "runs backward": lambda tick: 1000.0 - 0.05 * tick,
     "runs far backwards": lambda tick: 1e6 - 7.0 * tick,
     "milliseconds": lambda tick: 50.0 * tick,
     "nanoseconds": lambda tick: 5e7 * tick,
@@ -203,15 +209,18 @@ def test_step_clock_that_does_not_run_is_reported_once(clock, caplog):
 
 
 @pytest.mark.integration
-def test_step_clock_that_stands_for_a_while_and_runs_again_helps():
-    """A simulation is paused while its loop goes on."""
+def test_step_clock_paused_and_resumed_still_recovers():
+    """A clock that pauses and runs again does not prevent a recovery.
+
+    A simulation is paused while its loop goes on.
+    """
     world, told = stuck(), []
     with StuckSolver(world.scene, on_event=told.append, ladder=stubborn(), clock="lockstep") as solver:
         for tick in range(800):
             directive = solver.step(world.status(), world.surroundings)
             if not 10 <= tick < 10 + 2 * STUCK_TICKS:
                 world.drive(directive)
-    assert len(faults(told)) == 1 and faults(told)[0].startswith("status.time_s stands still")
+    assert len(faults(told)) == 1 and faults(told)[0].startswith("status.time_s does not advance")
     assert EventKind.RECOVERED in [event.kind for event in told]
 
 
@@ -259,12 +268,18 @@ def test_timeline_high_rate_loop_is_no_fault():
 
 
 LATE = {
-    "surroundings.age_s": lambda seen: seen.model_copy(update={"age_s": 11.0}),
-    "surroundings.age_s is": lambda seen: seen.model_copy(update={"age_s": 0.6 + 0.1 * (seen.frame % 7)}),
-    "surroundings.time_s": lambda seen: seen.model_copy(update={"time_s": seen.time_s - 11.0}),
-    "surroundings.time_s is": lambda seen: seen.model_copy(update={"time_s": seen.time_s + 11.0}),
-    "surroundings.time_s is ": lambda seen: seen.model_copy(update={"time_s": 0.3 * seen.time_s - 1.0}),
-    "surroundings.frame": lambda seen: seen.model_copy(update={"frame": 7}),
+    "surroundings.age_s": lambda surroundings: surroundings.model_copy(update={"age_s": 11.0}),
+    "surroundings.age_s is": lambda surroundings: surroundings.model_copy(
+        update={"age_s": 0.6 + 0.1 * (surroundings.frame % 7)}
+    ),
+    "surroundings.time_s": lambda surroundings: surroundings.model_copy(update={"time_s": surroundings.time_s - 11.0}),
+    "surroundings.time_s is": lambda surroundings: surroundings.model_copy(
+        update={"time_s": surroundings.time_s + 11.0}
+    ),
+    "surroundings.time_s is ": lambda surroundings: surroundings.model_copy(
+        update={"time_s": 0.3 * surroundings.time_s - 1.0}
+    ),
+    "surroundings.frame": lambda surroundings: surroundings.model_copy(update={"frame": 7}),
 }
 
 
@@ -341,7 +356,10 @@ def test_step_errors_without_a_text_do_not_get_through(part):
 def test_step_no_scene_at_all_is_no_answer(scene):
     world, told = stuck(), []
     with StuckSolver(
-        lambda seen: scene() if scene is Raises else scene, on_event=told.append, ladder=stubborn(), clock="lockstep"
+        lambda surroundings: scene() if scene is Raises else scene,
+        on_event=told.append,
+        ladder=stubborn(),
+        clock="lockstep",
     ) as solver:
         for _ in range(200):
             assert solver.step(world.status(), world.surroundings) is CONTINUE

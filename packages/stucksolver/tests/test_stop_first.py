@@ -176,7 +176,8 @@ def test_stop_among_any_words_always_ends_the_plan(before, after, gaps):
     assert not any(isinstance(d, Execute) and d.path for d in ride.directives[-20:])
 
 
-def test_words_all_are_read_in_the_order_in_which_they_were_said():
+def test_utterances_are_interpreted_in_order():
+    """All utterances are interpreted in the order in which they were made."""
     ride = Ride()
     texts = ["what a lovely day", "my mother says hello", "there is a shop", "mi hija tiene siete años"]
     for text in texts:
@@ -260,8 +261,11 @@ def test_two_replies_in_one_tick_the_no_wins(no_comes_first):
 
 
 @pytest.mark.parametrize("stop", ["stop!", None])
-def test_operators_yes_beside_a_passengers_stop_does_not_end_the_safe_stop(stop):
-    """The call for help stays open: the operator may say yes again when nobody calls a stop any more."""
+def test_operator_approval_with_passenger_stop_keeps_safe_stop(stop):
+    """An operator's approval does not end the safe stop when a passenger calls a stop.
+
+    The request for help stays open: the operator may approve again when no passenger calls a stop any more.
+    """
     nobody = {"rules": {"tries": 1, "cooldown_s": 1.0}, "model": None, "passenger": None}
     closed = thing("wall", 66.0, 1.0, width=6.0, length=1.0)
     world, events = World(straight_road(oncoming=LineKind.SOLID), [closed]), []
@@ -279,7 +283,8 @@ def test_operators_yes_beside_a_passengers_stop_does_not_end_the_safe_stop(stop)
     assert (solver.pending_question is not None) == (stop is not None)
 
 
-def test_yes_said_before_a_question_was_asked_is_no_answer_to_it():
+def test_yes_before_question_is_not_its_answer():
+    """A yes that was said before a question was asked is not an answer to it."""
     _, solver, _ = asked("operator")
     assert solver.state.question is not None
     worker = InterpreterWorker(Known(), Lockstep())

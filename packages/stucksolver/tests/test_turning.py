@@ -116,7 +116,9 @@ def test_who_walks_up_while_it_turns_is_let_by():
 
 
 @pytest.mark.integration
-def test_a_car_that_comes_while_it_stands_across_the_road_is_no_reason_to_stay_there_for_ever():
+def test_turn_around_passing_car_does_not_hold_ego_forever():
+    """A car that comes while the ego is across the road does not keep it there forever."""
+
     def arrives(execution, world):
         if 12.0 < world.time_s < 12.1 and not world.objects:
             world.objects = [thing("car", 105.0, 5.0, speed=-6.0)]
@@ -149,7 +151,8 @@ def names(decision):
     return [] if decision.plan is None else [b.name for b in decision.plan.behaviors]
 
 
-def test_before_a_closed_road_it_turns_round_and_drives_on_by_another_one():
+def test_closed_road_turns_around_to_nearest_other_road():
+    """Before a closed road, the ego turns around and drives on by another road."""
     decision = decide(CLOSED, behind("far", 900.0), behind("near", 500.0))
     assert names(decision) == ["turn_round"]
     assert decision.plan.replan_route and decision.plan.route_start == "near"
@@ -171,7 +174,8 @@ def test_too_near_to_turn_it_backs_up_first():
     assert names(decide(near, behind())) == ["back_up", "turn_round"]
 
 
-def test_where_the_road_proved_too_narrow_it_is_not_tried_again():
+def test_turn_around_after_no_room_is_not_tried_again():
+    """Where the road was too narrow, a turn is not tried again."""
     failed = FailedAttempt(
         time_s=0.0,
         behaviors=("turn_round",),
@@ -182,7 +186,8 @@ def test_where_the_road_proved_too_narrow_it_is_not_tried_again():
     assert "turn_round" not in names(decide(CLOSED, behind(), attempts=(failed,)))
 
 
-def test_past_what_has_blocked_the_road_for_a_minute_there_is_the_way_back():
+def test_road_blocked_for_60_s_turns_around():
+    """After an object has blocked the road for a minute, the ego turns around."""
     tree = [thing("tree", 62.0, kind=K.DEBRIS, length=1.0, width=5.0)]
     narrow = straight_road(oncoming=None)
     assert "turn_round" not in names(decide(tree, behind(), road=narrow, stopped_s=30.0))

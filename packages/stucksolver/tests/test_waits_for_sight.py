@@ -59,7 +59,8 @@ def test_it_waits_for_who_comes_and_hides_the_lane(sd_m, waits):
 
 @pytest.mark.integration
 @pytest.mark.parametrize(("comes_s", "goes"), [(SIGHT_COMES_S / 2, True), (2.0 * SIGHT_COMES_S, False)])
-def test_where_nobody_comes_it_waits_for_the_cameras_looks_and_no_longer(comes_s, goes):
+def test_wait_for_sight_without_traffic_ends_after_camera_time(comes_s, goes):
+    """Without oncoming traffic, the plan waits for the cameras' next views and no longer."""
     _, there_s = carried_out(before_a_van(), lambda _: ALL_M, 0.05)
     told, time_s = carried_out(before_a_van(), lambda now_s: ALL_M if now_s > there_s + comes_s else TOO_LITTLE_M, 0.05)
     assert isinstance(told, Execute) == goes

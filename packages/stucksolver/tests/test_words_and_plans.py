@@ -60,7 +60,8 @@ def test_a_reasoner_cannot_use_words_that_ask_for_something_else(words):
 
 
 @pytest.mark.integration
-def test_the_same_plan_is_driven_when_the_passenger_asks_for_it():
+def test_plan_requested_by_passenger_is_driven():
+    """The same plan is driven when the passenger asks for it."""
     seen = drive(cyclists(), 40.0, words={5.0: "please overtake them"}, reasoner=Untrusted(OVERTAKE))
     assert EventKind.STARTED in seen.kinds()
     assert seen.nearest_m > 0.5
@@ -101,7 +102,8 @@ def test_nothing_is_released_by_words_that_nobody_read():
     assert not plan_matches_intent(None, OVERTAKE)
 
 
-def test_a_refusal_holds_for_the_intervention_and_not_for_half_a_minute():
+def test_guidance_refusal_lasts_for_whole_intervention():
+    """A refusal lasts for the intervention and not only for half a minute."""
     world = World(straight_road(left=LineKind.BROKEN, oncoming=None), [thing("lead", 75.0)])
     seen = drive(world, 80.0, ladder=stubborn(), words={6.0: "please don't overtake it"})
     assert EventKind.STARTED not in seen.kinds()
@@ -132,7 +134,8 @@ def test_unclear_words_are_asked_back_once_and_move_nothing():
     assert not [d for d in seen.directives if isinstance(d, Execute)]
 
 
-def test_without_the_reader_nothing_is_guessed_and_what_is_missing_is_said():
+def test_guidance_without_interpreter_asks_back_and_moves_nothing():
+    """Without the interpreter, no intent is guessed, and the missing package is named."""
     seen = drive(cyclists(), 15.0, words={5.0: "please overtake them"}, reader=NoInterpreter())
     assert "[language]" in seen.texts(EventKind.ASKED_BACK)[0]
     assert not [d for d in seen.directives if isinstance(d, Execute)]

@@ -12,7 +12,7 @@ import numpy as np
 from stucksolver.interpreter import find_reader
 from stucksolver.ladder import Approval, Ladder, profile
 from stucksolver.plan import Directive, Execute, SafeStop
-from stucksolver.plan.behaviors import REGISTRY, HazardLights, describe
+from stucksolver.plan.behaviors import REGISTRY, describe
 from stucksolver.scene import (
     ControlKind,
     EgoState,
@@ -178,8 +178,8 @@ class World:
     def status(self) -> Status:
         return Status(time_s=self.time_s, speed_mps=abs(self.speed), progress_m=self.x)
 
-    def scene(self, seen: Surroundings | None = None) -> Scene:
-        view = self.view() if seen is None else FrenetScene(seen)
+    def scene(self, surroundings: Surroundings | None = None) -> Scene:
+        view = self.view() if surroundings is None else FrenetScene(surroundings)
         return build_scene(view, self.status(), describe(self.offers))
 
     def clearance(self) -> float:
@@ -200,8 +200,8 @@ class World:
 
     def drive(self, directive: Directive) -> None:
         """One tick: the directive's path is followed to the point; else straight on, behind what is in the way."""
-        if isinstance(directive, Execute) and isinstance(directive.behavior, HazardLights):
-            self.hazard_lights = directive.behavior.on
+        if isinstance(directive, Execute) and directive.behavior.hazard_lights_on is not None:
+            self.hazard_lights = directive.behavior.hazard_lights_on
         if isinstance(directive, SafeStop):
             self.hazard_lights = True
         if isinstance(directive, Execute) and directive.path:

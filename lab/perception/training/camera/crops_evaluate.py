@@ -106,7 +106,7 @@ def least_confidence(confidence: Floats, right: NDArray[np.bool_], share: float)
 
 
 def cross_check(logits: Logits, crops: Crops) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return the card that all crops calibrate, and the scores of each half with a card that the other half calibrates."""
+    """Return the card from all crops, and the scores of each half with a card from the other half."""
     half = halves(crops.group)
     parts = [(logits.part(item), crops.part(item)) for item in (half, ~half)]
     cards = [calibrated(*part) for part in reversed(parts)]

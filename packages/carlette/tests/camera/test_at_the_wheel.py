@@ -33,7 +33,8 @@ def lights_of(roads: RoadNetwork) -> list:
 
 
 @pytest.mark.parametrize("name", ["demo_town", "grid_town", "Town01", "Town02", "Town04", "Town10HD"])
-def test_every_light_has_a_head_in_sight_of_each_car_at_its_stop_line(name: str) -> None:
+def test_traffic_light_head_is_visible_from_each_stop_line(name: str) -> None:
+    """Each traffic light has a head in the view of each car at its stop line."""
     folders = map_folders([])
     if name.startswith("Town") and not any((folder / f"{name}.xodr").is_file() for folder in folders):
         pytest.skip(f"needs {name}.xodr in a folder of STUCKSOLVER_MAPS")
@@ -90,7 +91,8 @@ def test_no_lamp_floats_before_a_front_camera(world, kind: str, x: float) -> Non
     assert np.abs(picture[..., 2::-1].astype(int) - bare.rgb())[:440].max() == 0
 
 
-def test_from_within_a_body_only_the_light_that_it_throws_is_seen(world) -> None:
+def test_camera_inside_vehicle_sees_only_cast_light(world) -> None:
+    """A camera inside a vehicle sees no part of that vehicle but the light that it casts."""
     van = add(world, "vehicle.mercedes.sprinter", x=40.0)
     inside = notice(world).from_inside(world, van, world.pose(van).apply(Vector(0.8, 0.0, 1.6)))
     assert all(part.adds for part in inside.parts if part.actor_id == van.id)

@@ -10,7 +10,8 @@ pytest.importorskip("numba")
 from carlette.camera.rendering.quad_rasterizer import halved
 
 
-def test_each_byte_is_the_mean_of_two_by_two_samples_rounded_down() -> None:
+def test_antialiasing_byte_is_mean_of_2_by_2_samples() -> None:
+    """Each byte is the mean of two by two samples, rounded down."""
     samples = np.random.default_rng(1).integers(0, 2**32, (18, 34), dtype=np.uint32)
     samples[:2, :2] = 0xFFFFFFFF
     parts = samples.view(np.uint8).reshape(9, 2, 17, 2, 4).astype(int)

@@ -131,7 +131,8 @@ def test_riders_have_a_tag_of_their_own(world) -> None:
     assert {tags.RIDER, tags.BICYCLE} <= set(np.unique(Camera(world).tags()).tolist())
 
 
-def test_road_sidewalk_markings_and_sky_are_where_the_map_has_them(world) -> None:
+def test_camera_tags_match_positions_on_map(world) -> None:
+    """Road, sidewalk, road lines and sky are in the image where the map has them."""
     camera = Camera(world, pitch=-10.0)
 
     def tag_at(x: float, y: float, z: float = 0.0) -> int:

@@ -112,7 +112,8 @@ def self_red(part: np.ndarray) -> int:
     ("color", "shown"),
     ((Color.RED, (255, 36, 24)), (Color.YELLOW, (255, 190, 20)), (Color.GREEN, (30, 240, 120)), (Color.OFF, None)),
 )
-def test_a_traffic_light_shows_its_state_to_the_lane_it_governs(town, color, shown) -> None:
+def test_traffic_light_lamp_is_lit_only_toward_governed_lane(town, color, shown) -> None:
+    """The lamp of the present color is lit toward the lane that the light governs, and not from behind."""
     world = World(town)
     light = next(actor for actor in world.actors.values() if actor.kind is ActorKind.LIGHT)
     world.signals.set_color(light.index, color)

@@ -40,7 +40,8 @@ def drawn(*calls, size=None) -> tuple[np.ndarray, np.ndarray]:
     return pixels.copy(), raster.depth()
 
 
-def test_a_quad_that_faces_the_camera_is_drawn_and_its_back_is_not() -> None:
+def test_raster_quad_facing_camera_is_drawn_back_is_not() -> None:
+    """A quad that faces the camera is drawn, and its back is not."""
     pixels, depth = drawn(quads([wall(5.0)], GRAY))
     assert (pixels == GRAY).all()
     assert np.allclose(depth, 5.0, rtol=1e-6)
@@ -63,7 +64,8 @@ def test_of_two_quads_in_one_plane_the_first_stays() -> None:
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_quads_that_share_edges_leave_no_pixel_out_and_draw_none_twice(seed) -> None:
+def test_raster_quads_sharing_edges_cover_each_pixel_once(seed) -> None:
+    """Quads that share edges leave out no pixel and draw none twice."""
     random = np.random.default_rng(seed)
     lines = np.linspace(-8, 8, 12)
     grid = np.stack(np.meshgrid(lines, lines, indexing="ij"), axis=-1)
@@ -82,7 +84,8 @@ def test_quads_that_share_edges_leave_no_pixel_out_and_draw_none_twice(seed) -> 
     assert (pixels & 0xFF == 0x40).all()
 
 
-def test_ground_that_runs_under_the_camera_is_cut_at_the_near_plane_and_deep_at_the_right_places() -> None:
+def test_raster_ground_under_camera_is_clipped_at_near_plane() -> None:
+    """Ground that extends under the camera is clipped at the near plane and has the correct depth."""
     up = [(-50.0, -500.0, -1.6), (900.0, -500.0, -1.6), (900.0, 500.0, -1.6), (-50.0, 500.0, -1.6)]
     size = view()
     pixels, depth = drawn(quads([up], GRAY), size=size)
@@ -107,7 +110,8 @@ def test_colours_change_across_a_quad_as_seen_in_perspective() -> None:
     assert np.abs(column[on] - (ahead[on] - 2.0) * 10.0).max() <= 1.0
 
 
-def test_a_quad_that_is_not_flat_has_no_hole_and_lies_between_its_corners() -> None:
+def test_raster_bent_quad_has_no_hole() -> None:
+    """A quad that is not flat has no hole, and its depth lies between that of its corners."""
     bent = np.array(wall(5.0), np.float32)
     bent[2, 0] = 6.0
     pixels, depth = drawn(quads([bent], GRAY))
@@ -115,7 +119,8 @@ def test_a_quad_that_is_not_flat_has_no_hole_and_lies_between_its_corners() -> N
     assert ((depth >= 4.999) & (depth <= 6.001)).all()
 
 
-def test_translucent_colours_mix_by_their_alpha_and_light_adds_up_to_white() -> None:
+def test_raster_blending_mixes_by_alpha_and_adds_light_to_white() -> None:
+    """Translucent colors mix by their alpha, and added light saturates toward white."""
     pixels, _ = drawn(quads([wall(5.0)], 0xFF204060), quads([wall(4.0)], 0x80FFFFFF))
     channels = pixels.view(np.uint8).reshape(48, 64, 4)[10, 10, :3].astype(int)
     assert np.abs(channels - (np.array([0x60, 0x40, 0x20]) + 255) / 2).max() <= 1

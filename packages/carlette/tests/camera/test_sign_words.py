@@ -15,7 +15,9 @@ def test_a_sign_is_known_by_its_name(name, kind):
     assert kind_of(name, "-1", "-1") == (kind, "")
 
 
-def test_two_lines_have_more_letters_than_one_and_a_plain_sign_has_none():
+def test_sign_two_lines_draw_more_letters_than_one():
+    """A sign with two lines has more faces for letters than one with a single line, and a plain sign has none."""
+
     def faces(kind):
         return len(post_sign(kind).colors)
 

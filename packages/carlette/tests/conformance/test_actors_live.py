@@ -13,7 +13,8 @@ carla = pytest.importorskip("carla")
 # -- bringing in and finding
 
 
-def test_a_spawned_actor_is_in_the_next_snapshot_with_all_it_was_given(world, spots) -> None:
+def test_spawned_actor_is_in_next_snapshot_with_its_attributes(world, spots) -> None:
+    """A spawned actor is in the next snapshot, with the attributes and the position that it was given."""
     car = spawn(world, spots[0], role_name="hero", color="10,20,30")
     assert world.get_snapshot().find(car.id) is not None
     assert car.is_alive and car.is_active
@@ -29,7 +30,8 @@ def test_the_speed_limit_is_there_from_the_first_snapshot(world, spots) -> None:
         assert 10.0 <= spawn(world, spot).get_speed_limit() <= 130.0
 
 
-def test_a_taken_place_gives_none_or_an_error_and_the_next_spot_an_actor(world, spots) -> None:
+def test_spawn_at_occupied_place_fails_and_next_spot_succeeds(world, spots) -> None:
+    """At an occupied place, a spawn returns None or raises an error; at a free spot it succeeds."""
     spawn(world, spots[0])
     assert world.try_spawn_actor(blueprint(world), spots[0]) is None
     with pytest.raises(RuntimeError, match="Spawn failed because of collision at spawn position"):
@@ -88,7 +90,8 @@ def test_a_destroyed_actor_is_gone_and_its_place_free(world, spots) -> None:
     assert world.try_spawn_actor(blueprint(world), spots[0]) is not None
 
 
-def test_an_actor_that_another_client_destroyed_is_an_error_not_a_crash(client, world, spots) -> None:
+def test_actor_destroyed_by_another_client_raises_error(client, world, spots) -> None:
+    """A call on an actor that another client has destroyed raises an error, and the server continues."""
     car = spawn(world, spots[0])
     client.apply_batch_sync([carla.command.DestroyActor(car.id)], True)
     with pytest.raises(RuntimeError):
@@ -158,7 +161,8 @@ def test_a_control_is_held_until_another_comes(world, spots) -> None:
     assert (held.throttle, held.steer, held.brake) == pytest.approx((0.4, 0.1, 0.0))
 
 
-def test_a_brake_that_is_not_a_number_is_full_brake_as_the_traffic_manager_means_it(world, spots) -> None:
+def test_brake_nan_is_full_brake(world, spots) -> None:
+    """A brake of NaN is a full brake, which is how CARLA's traffic manager uses it."""
     car = settled(world, spots[0])
     car.set_target_velocity(spots[0].get_forward_vector() * 5.0)
     car.apply_control(carla.VehicleControl(brake=math.nan))
@@ -263,7 +267,8 @@ def test_a_walker_has_a_head_above_its_feet(world, spots) -> None:
 # -- batches
 
 
-def test_a_batch_spawns_and_applies_what_follows_to_the_new_actors(client, world, spots) -> None:
+def test_batch_spawn_applies_chained_commands_to_new_actors(client, world, spots) -> None:
+    """A batch spawns actors and applies the chained commands to them; each command has its own error."""
     command = carla.command
     lights = carla.VehicleLightState(carla.VehicleLightState.Position)
     batch = [
@@ -307,7 +312,8 @@ def test_a_batch_moves_drives_and_pushes(client, world, spots) -> None:
 # -- collisions
 
 
-def test_the_collision_sensor_names_what_was_hit_in_the_frame_it_happened(world, spots) -> None:
+def test_collision_sensor_reports_other_actor_in_collision_frame(world, spots) -> None:
+    """The collision sensor names the actor that was hit, in the frame of the collision."""
     car = settled(world, spots[0])
     wall = spawn(world, ahead(spots[0], 12.0), "static.prop.container")
     sensor = world.spawn_actor(blueprint(world, "sensor.other.collision"), carla.Transform(), attach_to=car)

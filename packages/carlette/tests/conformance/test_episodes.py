@@ -31,7 +31,8 @@ def test_the_current_map_is_among_the_available_ones(client, town) -> None:
     assert town in {item.rsplit("/", 1)[-1] for item in client.get_available_maps()}
 
 
-def test_a_new_episode_has_a_new_id_even_on_the_same_town(client, world, town) -> None:
+def test_new_episode_on_same_town_has_new_id(client, world, town) -> None:
+    """A new episode has a new id, even on the same town."""
     assert client.load_world(town).id != world.id
 
 
@@ -101,7 +102,8 @@ def test_another_client_finds_itself_in_the_new_episode(client, new_client, worl
     assert spawn(other.get_world(), spots[0]).is_alive
 
 
-def test_a_town_that_is_not_there_is_named_in_the_error(client, world) -> None:
+def test_load_world_unknown_town_is_named_in_error(client, world) -> None:
+    """The error for an unknown town names it, and the world continues."""
     with pytest.raises(RuntimeError, match=r"(?i)Atlantis"):
         client.load_world("Atlantis")
     run(world, 2)
@@ -142,14 +144,16 @@ def test_a_made_world_can_be_loaded_again_by_its_name(client, world, back, town)
 
 @pytest.mark.carlette_only
 @pytest.mark.parametrize(("text", "reason"), [("<nonsense", "XML"), ("", "empty"), ("<OpenDRIVE/>", "driving")])
-def test_a_text_that_is_no_map_is_refused_and_the_world_stays(client, world, text: str, reason: str) -> None:
+def test_opendrive_invalid_text_is_rejected_and_world_stays(client, world, text: str, reason: str) -> None:
+    """A text that is not a map is rejected with a reason, and the present world stays."""
     with pytest.raises(RuntimeError, match=reason):
         client.generate_opendrive_world(text)
     assert client.get_world().id == world.id
     run(world, 2)
 
 
-def test_an_actors_id_never_comes_back_so_that_no_client_takes_one_actor_for_another(client, world, town) -> None:
+def test_actor_ids_are_never_reused_across_episodes(client, world, town) -> None:
+    """Actor ids are never reused, so that a client does not take one actor for another."""
     world.tick()
     before = {actor.id for actor in world.get_actors()}
     fresh = client.load_world(town, False)

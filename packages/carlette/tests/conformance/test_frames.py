@@ -48,7 +48,8 @@ def test_every_setting_can_be_read_back(world) -> None:
 
 
 @pytest.mark.carlette_only
-def test_in_asynchronous_mode_the_world_ticks_by_itself_at_20_hz(world) -> None:
+def test_asynchronous_world_ticks_at_20_hz(world) -> None:
+    """In asynchronous mode, the world ticks without cues, at no more than 20 Hz within a tolerance of 20 %."""
     settings = world.get_settings()
     settings.synchronous_mode, settings.fixed_delta_seconds = False, None
     world.apply_settings(settings)
@@ -65,7 +66,8 @@ def test_in_synchronous_mode_it_does_not(world) -> None:
     assert world.get_snapshot().frame == before
 
 
-def test_a_callback_is_called_for_each_frame_until_it_is_removed(world) -> None:
+def test_on_tick_callback_runs_each_frame_until_removed(world) -> None:
+    """A callback of on_tick is called for each frame until it is removed."""
     frames: list[int] = []
     number = world.on_tick(lambda snapshot: frames.append(snapshot.frame))
     ticked = [world.tick() for _ in range(3)]

@@ -91,7 +91,8 @@ def test_the_lights_of_a_junction_are_those_before_it(world, lights) -> None:
 # -- what they govern
 
 
-def test_every_trigger_box_has_stop_waypoints_on_driving_lanes_before_a_junction(world, lights) -> None:
+def test_traffic_light_stop_waypoints_lie_before_junction(world, lights) -> None:
+    """Each trigger box has stop waypoints, which lie on driving lanes at most 15 m before a junction."""
     for light in lights:
         assert light.trigger_volume.extent.x > 1.0
         stops = light.get_stop_waypoints()
@@ -118,7 +119,8 @@ def test_every_governed_lane_has_a_stop_that_leads_to_it(world, lights) -> None:
         assert {(item.road_id, item.lane_id) for item in driving} <= reached
 
 
-def test_a_car_in_the_box_stands_at_that_light_and_knows_its_colour(world, light) -> None:
+def test_vehicle_in_trigger_box_reports_light_and_color(world, light) -> None:
+    """A car in the trigger box of a light reports that light and its color."""
     stop = light.get_stop_waypoints()[0].transform
     stop.location.z += 0.3
     light.set_state(RED)
@@ -142,7 +144,8 @@ def test_a_car_on_open_road_stands_at_no_light(world, lights, spots) -> None:
 # -- who decides their colour
 
 
-def test_the_lights_of_a_group_change_by_themselves_and_are_never_green_against_each_other(world, light) -> None:
+def test_traffic_light_group_cycles_through_all_colors(world, light) -> None:
+    """The lights of a group change without a client, and each shows red, yellow and green within one cycle."""
     group = light.get_group_traffic_lights()
     assert light.id in {item.id for item in group}
     assert len({item.id for item in group}) == len(group)
@@ -171,7 +174,8 @@ def test_times_can_be_read_back(world, light) -> None:
 
 
 @pytest.mark.parametrize("color", [RED, YELLOW, GREEN])
-def test_a_set_light_with_a_long_time_holds_and_its_clock_runs(world, light, color) -> None:
+def test_traffic_light_set_with_long_time_holds_color(world, light, color) -> None:
+    """A light that is set with a long time holds its color, and its elapsed time advances."""
     world.tick()
     light.set_state(color)
     for set_time in (light.set_green_time, light.set_yellow_time, light.set_red_time):
@@ -184,7 +188,8 @@ def test_a_set_light_with_a_long_time_holds_and_its_clock_runs(world, light, col
 
 
 @pytest.mark.carlette_only
-def test_a_held_light_goes_back_to_its_group_when_its_times_are_restored(world, light) -> None:
+def test_traffic_light_restored_times_resume_group_cycle(world, light) -> None:
+    """A held light returns to the cycle of its group when its times are restored."""
     before = light.get_state(), light.get_green_time(), light.get_yellow_time(), light.get_red_time()
     light.set_state(RED)
     light.set_red_time(FOR_EVER_S)

@@ -31,7 +31,8 @@ def test_a_drive_is_recorded_told_and_played_again(client, world, spots, recordi
     assert soon(lambda: car.is_alive)
 
 
-def test_a_missing_file_and_a_log_of_another_make_are_told_in_words(client, world, recordings: Path) -> None:
+def test_recorder_missing_or_foreign_file_is_reported_in_text(client, world, recordings: Path) -> None:
+    """A missing file and a log of another program are reported in the text that the call returns."""
     recordings.mkdir(exist_ok=True)
     (recordings / "other.log").write_bytes(b"CARLA_RECORDER")
     assert "not found on server" in client.replay_file("none.log", 0.0, 0.0, 0)

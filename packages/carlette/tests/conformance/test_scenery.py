@@ -51,7 +51,8 @@ def test_where_nothing_is_below_there_is_no_projection(world, spots) -> None:
     assert world.ground_projection(above(spots[0], 50.0).location, 5.0) is None
 
 
-def test_a_ray_through_a_car_meets_the_car_then_the_road(world, spots) -> None:
+def test_cast_ray_hits_car_before_road(world, spots) -> None:
+    """A ray through a car hits the car first and then the road."""
     settled(world, spots[0])
     hits = world.cast_ray(above(spots[0], 10.0).location, above(spots[0], -5.0).location)
     labels = [hit.label for hit in hits]

@@ -55,7 +55,8 @@ def car(world, spots) -> Any:
 
 
 @pytest.mark.parametrize("type_id", MEASURING)
-def test_each_tick_brings_one_measurement_with_its_frame_time_and_place(world, car, type_id: str) -> None:
+def test_sensor_sends_one_measurement_per_tick_with_its_stamp(world, car, type_id: str) -> None:
+    """Each tick gives one measurement, with the frame, the time and the pose of that tick."""
     one = Listener(world, car, type_id, **MEASURING[type_id])
     car.apply_control(carla.VehicleControl(throttle=0.6))
     for _ in range(10):
@@ -92,7 +93,8 @@ def test_the_gnss_is_where_the_map_says(world, car) -> None:
     assert data.altitude == pytest.approx(data.transform.location.z, abs=1e-4)
 
 
-def test_the_imu_is_held_up_and_points_north_by_its_yaw(world, car) -> None:
+def test_imu_at_rest_measures_gravity_and_yaw_compass(world, car) -> None:
+    """At rest, the IMU measures gravity upward, and its compass follows from the yaw."""
     one = Listener(world, car, "sensor.other.imu")
     run(world, 4)
     data = one.rest()[-1]
@@ -102,7 +104,8 @@ def test_the_imu_is_held_up_and_points_north_by_its_yaw(world, car) -> None:
     assert abs(data.gyroscope.z) < 0.01
 
 
-def test_a_lidar_gives_its_points_by_channels_half_a_turn_in_a_tick(world, car) -> None:
+def test_lidar_tick_covers_half_turn_by_channel(world, car) -> None:
+    """At 10 Hz, a tick of the LiDAR covers half a turn, with the points ordered by channel."""
     settings = {"channels": "16", "range": "60", "points_per_second": "64000", "rotation_frequency": "10"}
     one = Listener(
         world, car, "sensor.lidar.ray_cast", dropoff_general_rate="0", dropoff_zero_intensity="0", **settings
@@ -118,7 +121,8 @@ def test_a_lidar_gives_its_points_by_channels_half_a_turn_in_a_tick(world, car) 
     assert np.median(height) == pytest.approx(-2.4, abs=0.15)
 
 
-def test_a_semantic_lidar_finds_the_car_ahead_in_its_true_box(world, car) -> None:
+def test_semantic_lidar_points_on_car_lie_in_its_box(world, car) -> None:
+    """The points of the semantic LiDAR with the id of the car ahead lie in the bounding box of that car."""
     other = spawn(world, ahead(car.get_transform(), 12.0), "vehicle.tesla.model3")
     run(world, 20)
     settings = {"channels": "32", "range": "60", "points_per_second": "400000", "rotation_frequency": "20"}
@@ -146,7 +150,8 @@ def test_the_radar_sees_a_car_drive_away(world, car) -> None:
     assert fastest[-1] == pytest.approx(5.0, abs=0.2)
 
 
-def test_the_obstacle_detector_names_what_is_ahead_and_who_found_it(world, car) -> None:
+def test_obstacle_detector_names_object_ahead_and_its_parent(world, car) -> None:
+    """The obstacle detector names the object ahead and the actor that carries the sensor."""
     other = spawn(world, ahead(car.get_transform(), 9.0), "vehicle.tesla.model3")
     bumper = carla.Transform(carla.Location(x=2.6, z=0.8))
     one = Listener(world, car, "sensor.other.obstacle", bumper, distance="20")

@@ -109,7 +109,8 @@ def test_clients_that_are_killed_in_the_middle_of_a_tick(port: int) -> None:
 
 
 @pytest.mark.slow
-def test_a_client_outlives_its_server_and_goes_on_with_the_next_one() -> None:
+def test_client_survives_server_restart_and_continues() -> None:
+    """A client survives the end of its server and continues with the next one on the same port."""
     with running_server("--map", "demo_town") as port:
         pass
     first = [sys.executable, "-m", "carlette", "--port", str(port), "--map", "demo_town"]

@@ -34,7 +34,8 @@ def test_the_example_of_the_documentation_is_a_map():
 
 
 @pytest.mark.parametrize(("section", "ways"), [(PARKING_STREET, 12), (AVENUE, 16), (BIKE_STREET, 12)])
-def test_a_crossing_has_a_way_for_each_lane_of_each_movement(section, ways):
+def test_built_crossing_has_path_per_lane_and_movement(section, ways):
+    """A built crossing has one path for each lane of each movement."""
     built = carla.Map("crossing", map_xml(crossing(section=section)))
     inside = [start for start, _ in built.get_topology() if start.is_junction]
     assert len(inside) == ways

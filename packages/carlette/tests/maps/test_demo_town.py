@@ -106,7 +106,8 @@ def test_the_street_permits_passing_and_has_no_second_lane(town, length_m, lane)
 
 
 @pytest.mark.parametrize("sign", [-1, 1])
-def test_the_ring_has_two_lanes_each_way_and_a_double_line_that_forbids_crossing(town, length_m, sign):
+def test_demo_town_ring_has_two_lanes_and_solid_double_line(town, length_m, sign):
+    """The ring has two lanes in each direction and a double solid line, which forbids crossing."""
     for inner in samples(town, length_m, AVENUE_ROADS, sign):
         assert inner.left_lane_marking.type == carla.LaneMarkingType.SolidSolid
         assert inner.right_lane_marking.type == carla.LaneMarkingType.Broken
@@ -127,7 +128,8 @@ def test_roads_state_their_speed_limit_with_its_unit(document, road, mph):
     assert (speed.get("max"), speed.get("unit")) == (str(mph), "mph")
 
 
-def test_each_way_into_a_junction_has_one_light_with_a_phase_of_its_own(document):
+def test_demo_town_junction_arms_have_one_light_and_phase(document):
+    """Each arm of a junction has one light with its own phase."""
     controlled = {c.get("id"): c.find("control").get("signalId") for c in document.findall("controller")}
     assert len(set(controlled.values())) == len(controlled) == 6
     for junction in document.findall("junction"):
@@ -142,7 +144,8 @@ def light_of(document, connection):
     return road.find("signals/signalReference").get("id")
 
 
-def test_lights_are_seen_as_landmarks_by_a_car_before_the_junction(town, document, length_m):
+def test_demo_town_lights_are_landmarks_before_junction(town, document, length_m):
+    """A car before the junction finds the light of its arm as a landmark, and no other."""
     for arms in JUNCTION_ARMS.values():
         for road, sign in arms.items():
             lane_s = 30.0 if sign > 0 else length_m[road] - 30.0

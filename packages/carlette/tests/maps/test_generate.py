@@ -37,7 +37,7 @@ def test_every_map_that_ships_has_a_script():
 
 def test_check_mode_names_each_difference(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(generate, "WRITERS", {"one": lambda: "first", "two": lambda: "second"})
-    (tmp_path / "one.xodr").write_text("changed")
+    (tmp_path / "one.xodr").write_text("changed", encoding="utf-8")
     assert generate.main(["--check"], tmp_path) == 1
     printed = capsys.readouterr().err
     assert "one.xodr differs" in printed

@@ -19,7 +19,8 @@ def world():
         yield client.get_world()
 
 
-def test_cars_stop_on_exactly_the_lanes_that_lead_to_what_a_light_governs(world):
+def test_traffic_light_stop_lanes_lead_to_governed_lanes(world):
+    """The stop waypoints of a light lie on exactly the lanes that lead to the lanes it governs."""
     lights = world.get_actors().filter("traffic.traffic_light")
     assert len(lights) == 28
     for light in lights:
@@ -28,7 +29,8 @@ def test_cars_stop_on_exactly_the_lanes_that_lead_to_what_a_light_governs(world)
         assert stopping == {(at.road_id, at.lane_id) for at in governed}
 
 
-def test_a_lit_junction_has_a_light_for_each_of_its_arms(world):
+def test_lit_junction_has_one_light_per_arm(world):
+    """A junction with lights has one for each of its arms."""
     junctions = {at.junction_id: at.get_junction() for pair in world.get_map().get_topology() for at in pair}
     arms = {}
     for number, junction in junctions.items():

@@ -58,7 +58,8 @@ def lane_end(name, road, lane):
 
 
 @pytest.mark.parametrize("name", MAPS)
-def test_every_driving_lane_can_be_reached_from_every_other_of_its_carriageway(name):
+def test_map_driving_lanes_are_reachable_within_carriageway(name):
+    """Every driving lane can be reached from every other one of its carriageway."""
     graph = nx.DiGraph()
     graph.add_nodes_from(driving_lanes(name))
     for start, end in town(name).map.get_topology():
@@ -100,8 +101,11 @@ def test_broken_lines_permit_lane_changes_and_others_forbid_them(name):
 
 
 @pytest.mark.parametrize("name", MAPS)
-def test_every_light_and_sign_governs_exactly_the_lanes_that_come_in(name):
-    """The trigger box, as the server makes it, spans the incoming lanes of one arm: clients find the lanes in it."""
+def test_map_signals_govern_exactly_the_incoming_lanes(name):
+    """Every light and sign governs exactly the incoming lanes of its arm.
+
+    The trigger box, as the server makes it, spans the incoming lanes of one arm: clients find the lanes in it.
+    """
     for signal in signals(name):
         middle = town(name).carla.Location(*_world(signal))
         waypoint = town(name).map.get_waypoint(middle)
@@ -128,7 +132,8 @@ def _neighbors(waypoint):
 
 
 @pytest.mark.parametrize("name", MAPS)
-def test_cars_see_the_sign_or_light_of_their_arm_as_a_landmark(name):
+def test_map_arm_sign_or_light_is_found_as_landmark(name):
+    """A car finds the sign or the light of its arm as a landmark."""
     seen = 0
     for road_id, lane_id in driving_lanes(name):
         end = lane_end(name, road_id, lane_id)
@@ -170,7 +175,8 @@ def test_lights_that_are_green_together_face_each_other(name):
 
 
 @pytest.mark.parametrize("name", MAPS)
-def test_the_signs_state_the_limits_of_their_roads_and_the_server_has_a_box_for_each_lane(name):
+def test_map_speed_signs_match_road_and_have_lane_boxes(name):
+    """The signs state the limits of their roads, and the server has a box for each lane."""
     network = town(name)
     stated = {road.get("id"): road.find("type/speed").get("max") for road in document(name).iter("road")}
     boxes = 0
@@ -183,7 +189,8 @@ def test_the_signs_state_the_limits_of_their_roads_and_the_server_has_a_box_for_
 
 
 @pytest.mark.parametrize("name", MAPS)
-def test_a_speed_signs_subtype_is_its_limit_as_carla_puts_up_no_sign_for_any_other(name):
+def test_map_speed_sign_subtype_is_limit_that_carla_knows(name):
+    """The subtype of a speed sign is its limit, and one of those for which CARLA has a sign."""
     signs = town(name).map.get_all_landmarks_of_type("274")
     assert signs
     assert {sign.sub_type for sign in signs} <= CARLAS_SPEED_SIGNS
@@ -201,7 +208,8 @@ def test_slopes_are_gentle(name):
 
 
 @pytest.mark.parametrize("name", MAPS)
-def test_ids_of_each_kind_are_unique_and_junctions_share_none_with_roads(name):
+def test_map_ids_are_unique_and_differ_between_roads_and_junctions(name):
+    """Ids of each kind are unique, and no junction has the id of a road."""
     used = defaultdict(list)
     for path in ("road", "junction", "controller", ".//signal", ".//object"):
         used["road" if path == "junction" else path] += [item.get("id") for item in document(name).findall(path)]

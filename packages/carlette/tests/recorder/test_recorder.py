@@ -70,7 +70,8 @@ def test_a_replay_leads_new_actors_along_the_recorded_ways(recorded) -> None:
     assert not any(actor.type_id.startswith("vehicle.") for actor in world.actors.values())
 
 
-def test_a_replay_takes_the_actors_that_are_still_there_and_gives_them_back(recorded) -> None:
+def test_replay_takes_over_existing_actors_and_returns_them(recorded) -> None:
+    """A replay moves actors that still exist, without physics, and returns them when it stops."""
     path, _, (car, other) = recorded
     world = straight_world()
     mine = [add(world, x=x) for x in (200.0, 220.0)]
@@ -95,7 +96,8 @@ def test_the_hero_can_be_left_out_and_time_run_faster(recorded) -> None:
     assert read_tape(path).entries[car].role == "hero"
 
 
-def test_a_part_of_a_log_can_be_played_also_from_its_end(recorded) -> None:
+def test_replay_plays_part_counted_from_either_end(recorded) -> None:
+    """A part of a log can be replayed, with a start that counts from the beginning or from the end."""
     tape, world = read_tape(recorded[0]), straight_world()
     part = Replay(tape, world, start_s=0.5, duration_s=0.5)
     assert (part.time_s, part.end_s) == (0.5, 1.0)
@@ -132,9 +134,8 @@ def test_the_texts_tell_map_length_collisions_and_who_stood(recorded) -> None:
     assert f"{other} vehicle.tesla.model3" in report.blocked(tape, 0.3, 0.5)
 
 
-def test_a_full_disk_ends_the_recording_with_one_line_and_nothing_else(
-    tmp_path: Path, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_recorder_full_disk_ends_recording_with_one_log_line(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """A full disk ends the recording with one line in the log, and the simulation continues."""
     world = straight_world()
     add(world)
     recorder = LogRecorder(tmp_path / "full.log", world)
@@ -149,7 +150,8 @@ def test_a_full_disk_ends_the_recording_with_one_line_and_nothing_else(
     ]
 
 
-def test_a_log_that_was_cut_off_is_read_up_to_there(recorded, tmp_path: Path) -> None:
+def test_recorder_truncated_log_is_read_up_to_the_cut(recorded, tmp_path: Path) -> None:
+    """A truncated log is read up to the last complete frame."""
     cut = tmp_path / "cut.log"
     cut.write_bytes(recorded[0].read_bytes()[:-50])
     assert len(read_tape(cut).frames) == TICKS
@@ -164,7 +166,10 @@ def test_a_log_that_was_cut_off_is_read_up_to_there(recorded, tmp_path: Path) ->
         (MAGIC + b"\x93\xa5frame\x01\x02", "is damaged"),
     ],
 )
-def test_a_file_that_is_no_log_is_named_with_its_problem(tmp_path: Path, content: bytes | None, problem: str) -> None:
+def test_recorder_invalid_file_is_rejected_with_its_problem(
+    tmp_path: Path, content: bytes | None, problem: str
+) -> None:
+    """A file that is not a log is rejected, and the error names the file and the problem."""
     path = tmp_path / "other.log"
     if content is not None:
         path.write_bytes(content)
@@ -175,13 +180,14 @@ def test_a_file_that_is_no_log_is_named_with_its_problem(tmp_path: Path, content
 @pytest.mark.parametrize("text", ["years of work", ""])
 def test_a_file_of_somebody_else_is_never_overwritten(tmp_path: Path, text: str) -> None:
     theirs = tmp_path / "thesis.tex"
-    theirs.write_text(text)
+    theirs.write_text(text, encoding="utf-8")
     with pytest.raises(CompletionRequestError, match=r"thesis\.tex' exists and is not a carlette log"):
         LogRecorder(theirs, straight_world())
-    assert theirs.read_text() == text
+    assert theirs.read_text(encoding="utf-8") == text
 
 
-def test_a_folder_that_does_not_exist_and_a_log_of_another_map_are_refused(recorded, tmp_path: Path) -> None:
+def test_recorder_missing_folder_and_wrong_map_are_rejected(recorded, tmp_path: Path) -> None:
+    """A recording into a missing folder and a replay of a log of another map are rejected."""
     with pytest.raises(CompletionRequestError, match="cannot record to"):
         LogRecorder(tmp_path / "no" / "folder.log", straight_world())
     tape = read_tape(recorded[0])

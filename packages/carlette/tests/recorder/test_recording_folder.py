@@ -34,7 +34,7 @@ def test_a_link_leads_nowhere_else_either(tmp_path: Path) -> None:
 def test_the_folder_comes_into_being_with_the_first_log(tmp_path: Path) -> None:
     make_room(tmp_path / "a" / "b" / "run.log")
     assert (tmp_path / "a" / "b").is_dir()
-    (tmp_path / "file").write_text("in the way")
+    (tmp_path / "file").write_text("in the way", encoding="utf-8")
     with pytest.raises(CompletionRequestError, match="start the server with another --recordings"):
         make_room(tmp_path / "file" / "run.log")
 

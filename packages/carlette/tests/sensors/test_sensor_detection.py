@@ -22,7 +22,8 @@ def detections(one: Mounted) -> np.ndarray:
 
 
 @pytest.mark.integration
-def test_the_radar_measures_range_and_closing_speed_of_the_car_ahead() -> None:
+def test_radar_measures_range_and_closing_speed() -> None:
+    """The radar measures the range and the closing speed of the car ahead."""
     world = street()
     own, other = add(world, x=50.0), add(world, x=80.0)
     one = mount(world, "sensor.other.radar", BUMPER, own.id, **DENSE)
@@ -41,7 +42,8 @@ def test_the_radar_measures_range_and_closing_speed_of_the_car_ahead() -> None:
     assert closing < -5.0
 
 
-def test_what_stands_still_comes_as_fast_as_the_radar_drives_towards_it() -> None:
+def test_radar_static_objects_approach_with_ego_speed() -> None:
+    """A static object approaches at the speed with which the radar drives toward it."""
     world = street()
     own = add(world, x=50.0)
     one = mount(world, "sensor.other.radar", BUMPER, own.id, **DENSE)
@@ -54,7 +56,8 @@ def test_what_stands_still_comes_as_fast_as_the_radar_drives_towards_it() -> Non
     assert found[:, 0] == pytest.approx(-speed * np.cos(found[:, 1]) * np.cos(found[:, 2]), abs=0.05)
 
 
-def test_the_radar_looks_into_its_cone_only_and_no_farther_than_its_range() -> None:
+def test_radar_detections_lie_in_field_of_view_and_range() -> None:
+    """Detections lie in the cone of the radar and not beyond its range."""
     world = street()
     one = mount(
         world, "sensor.other.radar", Pose(Vector(50, 1.75, 1)), points_per_second=40000, horizontal_fov=60,
@@ -75,7 +78,8 @@ def found_by(one: Mounted) -> list[tuple[int, int, float]]:
     return [(me[0], other[0], distance) for me, other, distance in map(msgpack.unpackb, one.bodies())]
 
 
-def test_the_obstacle_detector_names_the_first_body_ahead_and_its_distance() -> None:
+def test_obstacle_detector_reports_first_object_and_distance() -> None:
+    """The obstacle detector reports the first object ahead and its distance."""
     world = street()
     own, other = add(world, x=50.0), add(world, x=62.0)
     add(world, x=75.0)
@@ -88,7 +92,8 @@ def test_the_obstacle_detector_names_the_first_body_ahead_and_its_distance() -> 
 
 
 @pytest.mark.parametrize(("aside_m", "is_met"), [(0.0, True), (1.3, True), (1.7, False)])
-def test_a_body_is_met_as_far_aside_as_the_ball_reaches(aside_m: float, is_met: bool) -> None:
+def test_obstacle_detector_lateral_reach_is_hit_radius(aside_m: float, is_met: bool) -> None:
+    """An object is detected at a lateral offset up to half its width plus the hit radius."""
     world = street()
     other = add(world, x=60.0)
     y = LANE_Y_M + aside_m
@@ -97,7 +102,8 @@ def test_a_body_is_met_as_far_aside_as_the_ball_reaches(aside_m: float, is_met: 
     assert bool(found_by(one)) is is_met
 
 
-def test_only_dynamics_leaves_props_out_and_the_ground_is_never_an_obstacle() -> None:
+def test_obstacle_detector_only_dynamics_excludes_props_and_ground_never_counts() -> None:
+    """With only_dynamics, props are excluded; the ground is never an obstacle."""
     world = street()
     add(world, "static.prop.container", x=60.0)
     ahead = Pose(Vector(50.0, LANE_Y_M, 0.3))

@@ -28,7 +28,8 @@ def rows(one: Mounted) -> np.ndarray:
     return lidar_points(one.body())[2]
 
 
-def test_a_tick_sweeps_its_part_of_a_turn_and_the_next_goes_on_from_there(world) -> None:
+def test_lidar_ticks_sweep_consecutive_sectors(world) -> None:
+    """A tick sweeps its sector of a turn, and the next one continues at its end."""
     one = mount(world, "sensor.lidar.ray_cast", PLACE, **EXACT, **DENSE | {"rotation_frequency": 5, "lower_fov": -20})
     spans = []
     for number in range(1, 5):
@@ -40,7 +41,8 @@ def test_a_tick_sweeps_its_part_of_a_turn_and_the_next_goes_on_from_there(world)
     assert np.array(spans) == pytest.approx(np.array([(-180, -90), (-90, 0), (0, 90), (90, 180)]), abs=1.0)
 
 
-def test_lasers_are_spread_evenly_from_the_upper_to_the_lower_limit(world) -> None:
+def test_lidar_channels_are_evenly_spaced_between_limits(world) -> None:
+    """The channels are evenly spaced in elevation from the upper to the lower limit."""
     one = mount(world, "sensor.lidar.ray_cast", PLACE, **EXACT, **DENSE | {"upper_fov": -10, "lower_fov": -40})
     _, counts, points = lidar_points(one.body())
     elevation = np.degrees(np.arctan2(points[:, 2], np.hypot(points[:, 0], points[:, 1])))
@@ -48,7 +50,8 @@ def test_lasers_are_spread_evenly_from_the_upper_to_the_lower_limit(world) -> No
         assert part == pytest.approx(np.full(len(part), -10.0 - 2.0 * channel), abs=1e-3)
 
 
-def test_the_road_lies_where_it_is_and_the_intensity_fades_with_the_distance(world) -> None:
+def test_lidar_road_height_is_exact_and_intensity_fades(world) -> None:
+    """The points of the road have its height, and the intensity fades with the distance."""
     one = mount(world, "sensor.lidar.ray_cast", PLACE, **EXACT, **DENSE)
     points = rows(one)
     across = points[:, 1] + 1.75
@@ -153,7 +156,8 @@ def test_no_points_asked_for_gives_an_empty_message(world) -> None:
     assert (angle, counts.sum(), len(points)) == (pytest.approx(math.pi), 0, 0)
 
 
-def test_the_same_seed_loses_the_same_points_whichever_actor_the_lidar_is() -> None:
+def test_lidar_same_seed_loses_same_points_for_any_actor() -> None:
+    """The same seed loses the same points, whichever actor id the LiDAR has."""
     losing = {"dropoff_general_rate": 0.45, "noise_stddev": 0.1}
     bodies = [mount(street(), "sensor.lidar.ray_cast", noise_seed=seed, **losing).body() for seed in (7, 7, 8)]
     world = street()

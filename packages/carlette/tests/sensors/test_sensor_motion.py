@@ -61,7 +61,8 @@ def test_a_map_without_reference_lies_at_zero() -> None:
     assert map_reference("<OpenDRIVE><header/></OpenDRIVE>") == GeoPoint(0.0, 0.0, 0.0)
 
 
-def test_gnss_noise_has_the_bias_and_the_deviation_that_were_set(world: World) -> None:
+def test_gnss_noise_has_configured_bias_and_deviation(world: World) -> None:
+    """The noise of the GNSS has the bias and the standard deviation that were set."""
     one = mount(world, "sensor.other.gnss", noise_lat_bias=0.5, noise_lat_stddev=0.01, noise_alt_stddev=2.0)
     found = np.array([msgpack.unpackb(one.body()) for _ in range(3000)])
     assert found.mean(axis=0) == pytest.approx([0.5, 0.0, 0.0], abs=0.15)
@@ -70,7 +71,8 @@ def test_gnss_noise_has_the_bias_and_the_deviation_that_were_set(world: World) -
 
 
 @pytest.mark.parametrize("type_id", ["sensor.other.gnss", "sensor.other.imu"])
-def test_the_same_seed_gives_the_same_noise_and_another_seed_other(world: World, type_id: str) -> None:
+def test_sensor_noise_is_reproducible_by_seed(world: World, type_id: str) -> None:
+    """The same seed gives the same noise, and another seed gives other noise."""
     noise = {"noise_lat_stddev": 1} if type_id.endswith("gnss") else {"noise_gyro_stddev_x": 1}
     first, same, other = (mount(world, type_id, noise_seed=seed, **noise) for seed in (7, 7, 8))
     drawn = [[item.body() for _ in range(5)] for item in (first, same, other)]
@@ -96,7 +98,8 @@ def test_the_compass_counts_from_north_over_east(world: World, yaw: float, north
     assert imu(mount(world, "sensor.other.imu", Pose(Vector(), Rotation(yaw=yaw))))[2] == pytest.approx(north_east)
 
 
-def test_braking_is_felt_backwards_and_sideways_by_a_sensor_that_is_turned() -> None:
+def test_imu_braking_acceleration_follows_mount_orientation() -> None:
+    """The IMU measures braking as a backward acceleration, and as a lateral one if it is mounted sideways."""
     for yaw, axis, sign in ((0.0, 0, -1.0), (90.0, 1, 1.0)):
         world = street()
         car = add(world, x=50.0)
@@ -111,7 +114,8 @@ def test_braking_is_felt_backwards_and_sideways_by_a_sensor_that_is_turned() -> 
         assert acceleration[axis] == pytest.approx(sign * abs(expected), rel=0.1)
 
 
-def test_in_a_bend_the_gyroscope_turns_and_the_far_end_feels_more() -> None:
+def test_imu_in_bend_measures_yaw_rate_and_centripetal_acceleration() -> None:
+    """In a bend, the gyroscope measures the yaw rate, and an IMU 20 m ahead a higher acceleration."""
     world = street()
     car = add(world, x=50.0)
     middle, front = (mount(world, "sensor.other.imu", Pose(Vector(x, 0, 1)), car.id) for x in (0.0, 20.0))

@@ -80,9 +80,10 @@ def exact(scene: SensorScene, pose: Pose, ways: np.ndarray) -> np.ndarray:
     yaw=st.floats(-180.0, 180.0),
     roll=st.floats(-180.0, 180.0),
 )
-def test_every_range_is_that_of_an_exact_caster_however_the_sensor_is_tilted(
+def test_ray_ranges_match_exact_caster_at_any_tilt(
     scene: SensorScene, x: float, y: float, z: float, pitch: float, yaw: float, roll: float
 ) -> None:
+    """Every range is that of an exact ray caster, however the sensor is tilted."""
     spot = scene.world.roads.spawn_points()[3]
     pose = Pose(spot.apply(Vector(x, y, z)), Rotation(pitch, yaw, roll))
     columns = AZIMUTHS[::6]
@@ -101,13 +102,15 @@ def test_every_range_is_that_of_an_exact_caster_however_the_sensor_is_tilted(
 
 
 @given(st.lists(st.floats(-180, 180), min_size=3, max_size=3), st.lists(st.floats(-180, 180), min_size=3, max_size=3))
-def test_a_child_is_turned_by_its_own_and_its_parents_attitude(parent: list[float], child: list[float]) -> None:
+def test_child_attitude_composes_with_parent_attitude(parent: list[float], child: list[float]) -> None:
+    """The attitude of a child is composed of its own and that of its parent."""
     together = Pose(Vector(), Rotation(*parent)).compose(Pose(Vector(), Rotation(*child)))
     assert axes(together.rotation) == pytest.approx(axes(Rotation(*parent)) @ axes(Rotation(*child)), abs=1e-6)
 
 
 @given(st.floats(-0.5, 0.5), st.floats(-180, 180), st.floats(-60, 60))
-def test_a_change_of_attitude_is_read_as_the_rotation_that_made_it(rate: float, yaw: float, pitch: float) -> None:
+def test_attitude_change_is_the_rotation_that_made_it(rate: float, yaw: float, pitch: float) -> None:
+    """A change of attitude is measured as the rotation that made it."""
     before = axes(Rotation(pitch, yaw, 10.0))
     cos, sin = np.cos(rate), np.sin(rate)
     about_z = np.array([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1]])
@@ -115,7 +118,8 @@ def test_a_change_of_attitude_is_read_as_the_rotation_that_made_it(rate: float, 
 
 
 @pytest.mark.integration
-def test_rays_see_the_road_the_sidewalk_and_what_stands_beside_it(scene: SensorScene) -> None:
+def test_rays_hit_road_sidewalk_and_objects_at_roadside(scene: SensorScene) -> None:
+    """The rays hit the road, the sidewalk, and the building and the car next to it."""
     spot = scene.world.roads.spawn_points()[3]
     pose = Pose(spot.apply(Vector(z=2.0)), spot.rotation)
     sweep = scene.sweep(pose, AZIMUTHS, TANGENTS, 60.0)

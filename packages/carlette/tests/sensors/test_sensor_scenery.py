@@ -61,7 +61,8 @@ def gated(_gated: tuple[int, Gate]) -> tuple[int, Gate]:
 
 
 @pytest.mark.slow
-def test_requests_are_answered_while_a_map_is_built_and_the_first_frame_comes_after_it(gated: tuple[int, Gate]) -> None:
+def test_scenery_build_blocks_no_request_and_loses_no_frame(gated: tuple[int, Gate]) -> None:
+    """Requests are answered while a map is built, and all frames from the first are delivered afterwards."""
     port, gate = gated
     world, other = _world(port), _world(port)
     _make_synchronous(world)
@@ -81,8 +82,11 @@ def test_requests_are_answered_while_a_map_is_built_and_the_first_frame_comes_af
         item.destroy()
 
 
-def test_with_its_scenery_built_before_it_listens_a_first_tick_brings_a_picture(tmp_path: Path) -> None:
-    """Without the option this picture would wait for a map that is not built any more."""
+def test_scenery_built_at_start_gives_image_at_first_tick(tmp_path: Path) -> None:
+    """With --build-scenery, the first tick gives an image.
+
+    Without the option this picture would wait for a map that is not built any more.
+    """
     gate = Gate(tmp_path / "open")
     gate.open()
     with running_server("--map", "demo_town", "--build-scenery", *_version(), program=gate.program) as port:
@@ -121,7 +125,8 @@ def test_in_asynchronous_mode_pictures_begin_when_the_map_is_built(gated: tuple[
 
 
 @pytest.mark.release
-def test_the_first_measurements_on_the_largest_town_are_of_the_first_tick() -> None:
+def test_scenery_largest_town_first_measurements_are_of_first_tick() -> None:
+    """On the largest town, the first measurements of camera, LiDAR and IMU are of the first tick."""
     folders = [Path(item) for item in os.environ.get("STUCKSOLVER_MAPS", "").split(os.pathsep) if item]
     if not any((folder / "Town04.xodr").is_file() for folder in folders):
         pytest.skip("needs Town04.xodr in a folder of STUCKSOLVER_MAPS")

@@ -57,7 +57,8 @@ def test_every_sensor_of_the_library_has_its_class() -> None:
     assert offered - set(IN_THE_CLIENT) == set(ALL)
 
 
-def test_a_sensor_measures_from_the_tick_after_its_spawn_until_it_goes(hub: Told, suite: SensorManager) -> None:
+def test_sensor_measures_from_spawn_until_removal(hub: Told, suite: SensorManager) -> None:
+    """A sensor measures from the tick after its spawn until it is removed."""
     world = street()
     tick(world, suite)
     car = add(world)
@@ -69,7 +70,8 @@ def test_a_sensor_measures_from_the_tick_after_its_spawn_until_it_goes(hub: Told
     assert len(hub.sent) == 2
 
 
-def test_the_stamp_is_the_ticks_frame_time_and_the_sensors_place(hub: Told, suite: SensorManager) -> None:
+def test_sensor_stamp_has_tick_frame_time_and_pose(hub: Told, suite: SensorManager) -> None:
+    """The stamp contains the frame and the time of the tick and the pose of the sensor."""
     world = street()
     gnss = spawn(world, "sensor.other.gnss", {}, Pose(), add(world).id)
     tick(world, suite)
@@ -77,7 +79,8 @@ def test_the_stamp_is_the_ticks_frame_time_and_the_sensors_place(hub: Told, suit
     assert hub.sent[0][1][:48] == sensor_header(4, world.frame, world.elapsed_s, (*place, *turn))
 
 
-def test_what_happens_between_tick_and_sending_does_not_change_a_measurement(hub: Told, suite: SensorManager) -> None:
+def test_sensor_stamp_ignores_changes_after_tick(hub: Told, suite: SensorManager) -> None:
+    """A change of the world between the tick and the sending does not change a measurement."""
     world = street()
     gnss = spawn(world, "sensor.other.gnss", {}, Pose())
     world.tick()
@@ -107,9 +110,11 @@ def test_nobody_listens_and_nothing_is_measured(hub: Told, suite: SensorManager)
     assert len(hub.sent) == 1  # its reader is on the way
 
 
-def test_a_sensor_that_breaks_is_logged_once_and_the_others_go_on(
+def test_failing_sensor_is_logged_once_and_others_continue(
     hub: Told, suite: SensorManager, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
+    """A sensor that fails is logged once, and the other sensors continue."""
+
     class Broken(Sensor):
         wire_type = 5
 
@@ -151,7 +156,8 @@ def test_a_message_arrives_whole_in_parts_that_were_not_joined() -> None:
     assert not reader.wants_to_write
 
 
-def test_a_reader_that_never_reads_holds_the_world_once_and_then_counts_as_lagging() -> None:
+def test_subscriber_that_never_reads_is_awaited_once_then_lags() -> None:
+    """A subscriber that never reads makes the world wait once, and then counts as lagging."""
     near, far = socket.socketpair()
     near.setblocking(False)
     reader = Subscriber(near)
@@ -166,7 +172,8 @@ def test_a_reader_that_never_reads_holds_the_world_once_and_then_counts_as_laggi
     assert reader.lags
 
 
-def test_what_is_kept_for_readers_that_do_not_come_is_bounded() -> None:
+def test_stream_hub_data_for_absent_readers_is_bounded() -> None:
+    """The data that is kept for readers that do not connect is bounded."""
     hub = StreamHub()
     for stream_id in range(10, 10 + 2 * MOST_LATE):
         hub.expect(stream_id)

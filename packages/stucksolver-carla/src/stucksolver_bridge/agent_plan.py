@@ -1,8 +1,8 @@
-"""Plans for CARLA's BehaviorAgent: they work with any copy of its package, and do not run out.
+"""Creates BehaviorAgents from any copy of CARLA's `agents`, and keeps their plans from running out.
 
 Public copies of `agents` differ in their constructors' arguments, in whether the local planner exposes its plan, and in
-how early it drops the last waypoint. All of them fail on the tick after that, so a plan must be longer than the drive.
-Python 3.7, standard library only.
+how early it drops the last waypoint. All of them raise an error on the tick after that. So a plan must be longer than
+the run. Python 3.7, standard library only.
 """
 
 from __future__ import annotations
@@ -12,37 +12,40 @@ import math
 from typing import Any, Sequence
 
 LAST_M = 2.0
-"""The plan is extended this far from its last waypoint. Most copies drop the last waypoint at 1 m. Extending it earlier
-would be worse: the agent steers straight at its last waypoint, and cuts a bend at the end more if others follow it."""
+"""Distance to the last waypoint at which the plan is extended (m). Most copies drop the last waypoint at 1 m. An
+earlier extension would be worse: the agent steers straight at its last waypoint, and cuts a bend at the end more if
+others follow it. Ours."""
 AHEAD_M = 25.0
-"""An extended plan reaches this far ahead. This is more than any copy of the planner drops at once: the waypoints
-within 3 m plus half a second of travel."""
+"""Length of an extended plan ahead of the ego (m). This is more than any copy of the planner drops at once: the
+waypoints within 3 m plus half a second of travel."""
 STEP_M = 1.0
 """Distance between added waypoints, as in the leaderboard's own plans."""
 FORK_M = 8.0
-"""This far into a junction, the lanes through it have separated."""
+"""Distance into a junction at which the lanes through it have separated (m). Ours."""
 ON_ROUTE_M = 2.0
-"""A plan that ends within this distance of a point of the route ends on the route."""
+"""Maximum distance between the plan's end and the nearest point of the route for a plan that ends on the route (m).
+Ours."""
 STATION_BACK, STATION_AHEAD = 5, 30
-"""The vehicle is looked for only this many route points before and after its last one: a route may cross itself."""
+"""Numbers of route points before and after the last station among which the next one is searched. The search is
+local because a route may cross itself. Ours."""
 
 Plan = Sequence[Any]
 """Pairs of a `carla.Waypoint` and a `RoadOption`."""
 
 
 class AgentsError(TypeError):
-    """This copy of CARLA's `agents` cannot be driven. The message says what it lacks."""
+    """A copy of CARLA's `agents` lacks a method that is used here. The message names it."""
 
 
 def make_agent(agent_class: Any, vehicle: Any, behavior: str, carla_map: Any) -> Any:
-    """Create a `BehaviorAgent` from any copy. Copies of 0.9.14 and later are given the map, which saves a call.
+    """Create a `BehaviorAgent` from any copy. Copies of 0.9.14 and later get the map, which saves a call.
 
     Raises:
         AgentsError: The copy is older than 0.9.12.
     """
-    takes = inspect.signature(agent_class.__init__).parameters
-    given = {"map_inst": carla_map} if "map_inst" in takes else {}
-    agent = agent_class(vehicle, behavior=behavior, **given)
+    parameters = inspect.signature(agent_class.__init__).parameters
+    arguments = {"map_inst": carla_map} if "map_inst" in parameters else {}
+    agent = agent_class(vehicle, behavior=behavior, **arguments)
     check_agent(agent)
     return agent
 
@@ -51,7 +54,7 @@ def check_agent(agent: Any) -> None:
     """Check that an agent has the methods that the bridge uses.
 
     Raises:
-        AgentsError: One is missing.
+        AgentsError: A method is missing.
     """
     planner = agent.get_local_planner() if hasattr(agent, "get_local_planner") else None
     missing = [name for name in ("get_local_planner", "set_global_plan", "trace_route") if not hasattr(agent, name)]
@@ -68,8 +71,8 @@ def check_agent(agent: Any) -> None:
 def plan_of(planner: Any) -> list[Any]:
     """Return the remaining plan of a local planner."""
     # `get_plan` came with 0.9.13.
-    left = planner.get_plan() if hasattr(planner, "get_plan") else planner._waypoints_queue
-    return list(left)
+    remaining = planner.get_plan() if hasattr(planner, "get_plan") else planner._waypoints_queue
+    return list(remaining)
 
 
 def replace_plan(planner: Any, plan: Plan) -> None:
@@ -78,7 +81,7 @@ def replace_plan(planner: Any, plan: Plan) -> None:
 
 
 class PlanExtender:
-    """Extends a local planner's plan: with the rest of the route, and beyond the route's end with the lane ahead.
+    """Extends a local planner's plan with the rest of the route, and with the lane ahead beyond the route's end.
 
     `lane_follow`: the road option of the added points.
     """
@@ -92,8 +95,8 @@ class PlanExtender:
         self._options: Sequence[Any] = ()
         self._station = 0
 
-    def take_route(self, plan: Plan) -> None:
-        """Use another route: pairs of waypoint and road option about a metre apart."""
+    def set_route(self, plan: Plan) -> None:
+        """Use another route: pairs of waypoint and road option about a meter apart."""
         self._route = [waypoint for waypoint, _ in plan]
         self._options = [option for _, option in plan]
         self._station = 0
@@ -101,43 +104,43 @@ class PlanExtender:
     def top_up(self) -> bool:
         """Extend the plan if it is about to run out. Call this before each step of the agent.
 
-        A copy that drops its last waypoint earlier brakes for one tick, and then continues with the extended plan.
+        A copy that drops its last waypoint before `LAST_M` brakes for one tick, and continues with the extended plan.
 
         Returns:
-            False if the road ends here, so that nothing is left to drive.
+            False if the plan is empty and the road ends here.
         """
         here = self._vehicle.get_location()
         self._advance(here)
-        left = plan_of(self._planner)
-        if len(left) > 1 or (left and left[0][0].transform.location.distance(here) >= LAST_M):
+        remaining = plan_of(self._planner)
+        if len(remaining) > 1 or (remaining and remaining[0][0].transform.location.distance(here) >= LAST_M):
             return True
-        added = self._rest_of_route(left, here)
-        last = added[-1][0] if added else left[-1][0] if left else self._own_lane(here)
+        added = self._rest_of_route(remaining, here)
+        last = added[-1][0] if added else remaining[-1][0] if remaining else self._own_lane(here)
         added += self._lane_ahead(last, here)
         if added:
             self._planner.set_global_plan(added, stop_waypoint_creation=True, clean_queue=False)
-        return bool(left or added)
+        return bool(remaining or added)
 
     def _advance(self, here: Any) -> None:
-        """Update which point of the route is nearest."""
+        """Update the index of the nearest route point."""
         first = max(self._station - STATION_BACK, 0)
         near = range(first, min(self._station + STATION_AHEAD, len(self._route)))
         if near:
             self._station = min(near, key=lambda i: float(self._route[i].transform.location.distance(here)))
 
-    def _rest_of_route(self, left: Plan, here: Any) -> list[Any]:
+    def _rest_of_route(self, remaining: Plan, here: Any) -> list[Any]:
         """Return the route beyond the plan's end. CARLA's agent discards it when it changes lanes for a tailgater."""
         if not self._route:
             return []
-        end = left[-1][0].transform.location if left else here
+        end = remaining[-1][0].transform.location if remaining else here
         ahead = range(self._station, len(self._route))
         nearest = min(ahead, key=lambda i: float(self._route[i].transform.location.distance(end)))
-        if left and self._route[nearest].transform.location.distance(end) > ON_ROUTE_M:
+        if remaining and self._route[nearest].transform.location.distance(end) > ON_ROUTE_M:
             return []
         return list(zip(self._route[nearest + 1 :], self._options[nearest + 1 :]))
 
     def _own_lane(self, here: Any) -> Any:
-        """Return the vehicle's lane; if that is an oncoming lane, the one beside it in the vehicle's direction."""
+        """Return the ego's lane; if that is an oncoming lane, the adjacent one in the ego's direction."""
         waypoint = self._map.get_waypoint(here)
         yaw = self._vehicle.get_transform().rotation.yaw
         if waypoint is not None and turn_deg(waypoint, yaw) > 90.0:
@@ -145,22 +148,22 @@ class PlanExtender:
         return waypoint
 
     def _lane_ahead(self, last: Any, here: Any) -> list[Any]:
-        """Return waypoints of the lane beyond `last` until the plan is long enough; at a fork, straight on."""
-        found: list[Any] = []
-        while last is not None and last.transform.location.distance(here) < AHEAD_M and len(found) < 2 * AHEAD_M:
+        """Return waypoints of the lane beyond `last`, straight on at forks, until the plan is long enough."""
+        waypoints: list[Any] = []
+        while last is not None and last.transform.location.distance(here) < AHEAD_M and len(waypoints) < 2 * AHEAD_M:
             last = straightest(last)
             if last is not None:
-                found.append((last, self._lane_follow))
-        return found
+                waypoints.append((last, self._lane_follow))
+        return waypoints
 
 
 def straightest(waypoint: Any) -> Any:
-    """Return the waypoint a metre ahead, at a fork on the branch that turns least; None if the lane ends."""
-    ways = waypoint.next(STEP_M)
-    if len(ways) < 2:
-        return ways[0] if ways else None
+    """Return the waypoint one meter ahead, at a fork on the branch that turns least; None if the lane ends."""
+    branches = waypoint.next(STEP_M)
+    if len(branches) < 2:
+        return branches[0] if branches else None
     yaw = waypoint.transform.rotation.yaw
-    return min(ways, key=lambda way: min((turn_deg(w, yaw) for w in way.next(FORK_M)), default=180.0))
+    return min(branches, key=lambda branch: min((turn_deg(w, yaw) for w in branch.next(FORK_M)), default=180.0))
 
 
 def turn_deg(waypoint: Any, yaw_deg: float) -> float:

@@ -1,4 +1,4 @@
-"""How far a vehicle can go along a path before its body would touch another, without numpy."""
+"""Computes how far a vehicle can drive along a path before its box touches another one, without numpy."""
 
 from __future__ import annotations
 
@@ -9,11 +9,14 @@ from stucksolver_bridge.actor_boxes import PlacedBox
 from stucksolver_bridge.path_line import PathLine
 
 STEP_M = 0.75
+"""Travel between two tests for contact (m). Ours."""
 MARGIN_M = 0.15
-LEAVES_M = 1.0
-"""A body that touches the vehicle now must be clear or farther away after this travel; otherwise it would be pushed."""
+"""Clearance at the vehicle's sides (m). Ours."""
+SEPARATION_M = 1.0
+"""Travel after which a box that touches the vehicle now must be clear or farther away (m). Otherwise the vehicle would
+push it. Ours."""
 CLEAR_BELOW_M, CLEAR_ABOVE_M = 1.0, 2.3
-"""Bodies that end this far below the vehicle's underside, or begin this far above it, are on another level."""
+"""Boxes that end this far below the vehicle's underside, or begin this far above it, are on another level (m). Ours."""
 
 
 def free_way_m(
@@ -26,33 +29,33 @@ def free_way_m(
     ignore: Collection[int] = (),
     backwards: bool = False,
 ) -> float:
-    """Return how far the body can move along the line from `s` until it touches another; `inf` if it touches none.
+    """Return the travel along the line from `s` until the vehicle's box touches another; `inf` if it touches none.
 
-    A body that already touches the vehicle, or is within the margin next to it, counts only if the path leads into it:
-    the vehicle must be able to leave, but not to push.
+    A box that already touches the vehicle, or is within the margin next to it, counts only if the path leads into it.
+    So the vehicle can drive away from contact, but cannot push.
     """
     levelled = [b for b in bodies if b.body.actor.id not in ignore and _same_level(b, foot_z)]
     if not levelled:
         return math.inf
     body = (half_size_m[0], half_size_m[1] + MARGIN_M)
-    near = _touched(line, s, body, levelled, backwards)
-    touching = _touched(line, s, half_size_m, near, backwards)
-    if any(_nearer(line, s, b) for b in _touched(line, s + LEAVES_M, half_size_m, touching, backwards)):
+    close_boxes = _touched(line, s, body, levelled, backwards)
+    touching = _touched(line, s, half_size_m, close_boxes, backwards)
+    if any(_nearer(line, s, b) for b in _touched(line, s + SEPARATION_M, half_size_m, touching, backwards)):
         return 0.0
-    apart = [b for b in levelled if b not in near]
-    beside = [b for b in near if b not in touching]
+    apart = [b for b in levelled if b not in close_boxes]
+    alongside = [b for b in close_boxes if b not in touching]
     travel = STEP_M
-    while (apart or beside) and travel <= reach_m + STEP_M:
-        where = s + travel
-        if _touched(line, where, body, apart, backwards) or _touched(line, where, half_size_m, beside, backwards):
+    while (apart or alongside) and travel <= reach_m + STEP_M:
+        at_s = s + travel
+        if _touched(line, at_s, body, apart, backwards) or _touched(line, at_s, half_size_m, alongside, backwards):
             return max(travel - STEP_M, 0.0)
         travel += STEP_M
     return math.inf
 
 
 def _nearer(line: PathLine, s: float, other: PlacedBox) -> bool:
-    """Return True if the path leads towards the centre of a body."""
-    (x, y, _), (next_x, next_y, _) = line.at(s), line.at(s + LEAVES_M)
+    """Return True if the path leads toward the center of a box."""
+    (x, y, _), (next_x, next_y, _) = line.at(s), line.at(s + SEPARATION_M)
     return math.hypot(other.x - next_x, other.y - next_y) < math.hypot(other.x - x, other.y - y)
 
 

@@ -1,4 +1,4 @@
-"""What both clients of the solver's process share: passing on a passenger's words and the events, faults, closing.
+"""Holds the common part of both clients of the solver's process: utterances, events, faults, closing.
 
 Python 3.7, standard library only.
 """
@@ -24,27 +24,27 @@ class SolverClient:
 
     def __init__(self, on_event: Listener | None) -> None:
         self._on_event = on_event
-        self._said: list[str] = []
+        self._utterances: list[str] = []
 
     @property
     def fault(self) -> str | None:
-        """Why the solver's process has ended; None while it is running."""
+        """Reason why the solver's process has ended; None while it is running."""
         return self.solver.fault
 
     def say(self, text: str) -> None:
-        """Pass on a passenger's words with the next free tick: one sentence per tick."""
-        self._said.append(text)
+        """Send a passenger's utterance with the next free tick. Each tick carries one utterance."""
+        self._utterances.append(text)
 
     def close(self) -> None:
         """End the solver's process."""
         self.solver.close()
 
-    def _with_words(self, tick: dict[str, Any]) -> dict[str, Any]:
-        """Return the tick with the next sentence, if one is waiting."""
-        if self._said:
-            tick["say"] = self._said.pop(0)
+    def _with_utterance(self, tick: dict[str, Any]) -> dict[str, Any]:
+        """Return the tick with the next utterance, if one is waiting."""
+        if self._utterances:
+            tick["say"] = self._utterances.pop(0)
         return tick
 
-    def _tell(self, event: dict[str, Any]) -> None:
+    def _emit(self, event: dict[str, Any]) -> None:
         if self._on_event is not None:
             self._on_event(event)

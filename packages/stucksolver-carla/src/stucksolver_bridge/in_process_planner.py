@@ -1,6 +1,6 @@
-"""Our own planner in place of CARLA's BehaviorAgent, for a Python in which stucksolver is installed.
+"""Runs the built-in planner in place of CARLA's BehaviorAgent, in a Python in which stucksolver is installed.
 
-This file also runs on Python 3.7, where it reports what is missing. The planner itself needs Python 3.10 and numpy.
+This module also runs on Python 3.7, where it reports what is missing. The planner requires Python 3.10 and numpy.
 """
 
 from __future__ import annotations
@@ -9,18 +9,18 @@ import importlib
 import sys
 from typing import Any, Sequence
 
-from stucksolver_bridge.agent_driver import AgentRoutePoint, filled
+from stucksolver_bridge.agent_driver import AgentRoutePoint, densified_route
 from stucksolver_bridge.agent_plan import AHEAD_M, straightest
 
 MODULE, CLASS = "stucksolver_carla.drivers.planner", "PlannerDriver"
 
 
 class PlannerError(RuntimeError):
-    """The planner cannot drive in this Python; the message says why and what to do."""
+    """The planner cannot be loaded in this Python; the message gives the reason and the remedy."""
 
 
 class InProcessPlanner:
-    """The planner, with the methods that the entry needs from a driver in addition to its own.
+    """The planner, with the methods that the entry requires from a driver in addition to those of the planner.
 
     `behavior` is `cautious`, `normal` or `aggressive`. Raises `PlannerError` if stucksolver cannot be imported.
     """
@@ -32,8 +32,8 @@ class InProcessPlanner:
     def set_plan(self, plan: Sequence[Any]) -> None:
         """Drive a plan, and continue along the lane beyond its end.
 
-        The plan has pairs of a `carla.Waypoint` and a `RoadOption`, or our name for the option. The evaluator ends the
-        drive some metres before or after the last one. Raises `ValueError` for fewer than two.
+        The plan has pairs of a `carla.Waypoint` and a `RoadOption` or its command. The evaluator ends the run some
+        meters before or after the last waypoint. Raises `ValueError` for fewer than two pairs.
         """
         self.driver.set_route(route_beyond(plan))
 
@@ -42,13 +42,13 @@ class InProcessPlanner:
 
 
 def route_beyond(plan: Sequence[Any]) -> list[AgentRoutePoint]:
-    """Return a plan as a route with a point about every metre, continued along the lane beyond its end.
+    """Return a plan as a route with a point about every meter, continued along the lane beyond its end.
 
     Raises `ValueError` for a plan of fewer than two points.
     """
     if len(plan) < 2:
-        raise ValueError("a plan needs two waypoints; use hold() to stand still")
-    route = filled(plan)
+        raise ValueError("a plan must have at least two waypoints; use hold() to stay stopped")
+    route = densified_route(plan)
     last = straightest(route[-1].waypoint)
     while last is not None and last.transform.location.distance(plan[-1][0].transform.location) < AHEAD_M:
         route.append(AgentRoutePoint(last, "lane_follow"))

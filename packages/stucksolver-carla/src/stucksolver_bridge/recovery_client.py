@@ -1,4 +1,4 @@
-"""A driver in this process with the solver in another: facts go out on each tick, orders come back."""
+"""Connects a driver in this process with the solver in another one: world data go out, directives come back."""
 
 from __future__ import annotations
 
@@ -14,16 +14,21 @@ from stucksolver_bridge.solver_process import ANSWER_LIMIT_S, TICK_S, SolverProc
 from stucksolver_bridge.world_data import WorldData, waypoints_at
 
 UNKNOWN: dict[str, Any] = {"kind": "unknown"}
-AT_REST_MPS = 0.1
-SILENT = "the solver is silent: the vehicle performs the fallback that was proven safe"
+"""Placeholder for the driver's directive after an error in the middle of an answer. It differs from every directive, so
+the next one is passed to the driver in any case."""
+STOPPED_MPS = 0.1
+"""Speed below which the ego counts as stopped (m/s). Ours."""
+NO_ANSWER = "no answer from the solver: the vehicle performs the fallback that the guard has checked"
 DONE_M, DONE_S = 2.0, 0.5
-"""A path counts as driven this distance, plus this time of travel, before its end, so that the agent need not stop."""
+"""Remaining length at which a path counts as driven: a constant part (m) and a part that grows with speed (s). So the
+agent does not have to stop at the path's end. Ours."""
 
 
 class RecoveryClient(SolverClient):
-    """Call `run_step` on each tick. Every order is valid for half a second of ticks.
+    """A driver whose directives come from the solver's process. Call `run_step` on each tick.
 
-    If the solver falls silent or ends, its proven fallback is performed, and then the driver decides by itself.
+    Every directive is valid for half a second of ticks. If the solver stops answering, the fallback of its last
+    directive is performed, and then the driver continues without the solver.
 
     Args:
         driver: The driver, with its route.
@@ -59,15 +64,15 @@ class RecoveryClient(SolverClient):
         self._vehicle = driver.vehicle
         self._lights_before: Any = None
         self._lease = JsonLease()
-        self._begun = CONTINUE
-        """The last directive that was given to the driver."""
-        self._again = False
-        """True if an answer of the solver was lost, so that it must send everything again."""
-        self._refused: str | None = None
-        self._facts = WorldData(self._vehicle, carla_map)
+        self._performed = CONTINUE
+        """The last directive that was passed to the driver."""
+        self._needs_resend = False
+        """True if an answer of the solver was rejected, so that it must send everything again."""
+        self._reject_text: str | None = None
+        self._world_data = WorldData(self._vehicle, carla_map)
         self.directive: dict[str, Any] = CONTINUE
         """The directive that is being performed, in its JSON form."""
-        opening = self._facts.opening(driver.route, driver.acceleration_mps2)
+        opening = self._world_data.opening(driver.route, driver.acceleration_mps2)
         hello = {"settings": settings, "carla": opening}
         self.solver = SolverProcess(python, hello, path, answer_limit_s=answer_limit_s, tick_s=tick_s)
 
@@ -78,43 +83,44 @@ class RecoveryClient(SolverClient):
         """
         time_s: float | None = None
         if self.solver.alive:
-            tick = self._with_words(self._facts.tick())
+            tick = self._with_utterance(self._world_data.tick())
             time_s = tick.get("time")
-            if self._again or self._lease.expired:
+            if self._needs_resend or self._lease.expired:
                 tick["again"] = True
-            answer = self.solver.step(tick, self._facts.give)
+            answer = self.solver.step(tick, self._world_data.give)
             if answer is not None:
-                self._take(answer, time_s)
+                self._perform_answer(answer, time_s)
         if not self.solver.alive:
             self._lease.expire()
         self._perform(time_s)
         return self._driver.run_step()
 
-    # ---- what the solver says
+    # ---- answers of the solver
 
-    def _take(self, answer: dict[str, Any], time_s: float | None) -> None:
-        """Perform all of an answer or nothing of it. If it is malformed, stop."""
-        wrong = malformed_reason(answer)
-        if wrong is None:
+    def _perform_answer(self, answer: dict[str, Any], time_s: float | None) -> None:
+        """Perform an answer. If any part of it is malformed, perform nothing of it and stop."""
+        reason = malformed_reason(answer)
+        if reason is None:
             try:
-                self._obey(answer)
-            except Exception as error:  # noqa: BLE001 - of whatever type, it must not end the agent's own loop
-                wrong, self._begun = f"{type(error).__name__}: {error}", UNKNOWN
-        if wrong is not None:
-            self._stand(wrong, time_s)
+                self._perform_orders(answer)
+            except Exception as error:  # noqa: BLE001 - no error may end the agent's control loop; the ego stops
+                reason, self._performed = f"{type(error).__name__}: {error}", UNKNOWN
+        if reason is not None:
+            self._stop(reason, time_s)
             return
         for event in answer.get("events", ()):
-            self._tell(event)
+            self._emit(event)
 
-    def _obey(self, answer: dict[str, Any]) -> None:
-        told = answer.get("directive")
+    def _perform_orders(self, answer: dict[str, Any]) -> None:
+        directive = answer.get("directive")
+        # The orders come first: if one fails, the lease is not renewed by this answer.
         for name, order in answer.get("orders", ()):
-            self._order(name, order)
-        self._lease.renew(told, self.solver.late_ticks)
-        if told is not None:
-            self._begun, self._again = self._lease.order, False
+            self._perform_order(name, order)
+        self._lease.renew(directive, self.solver.late_ticks)
+        if directive is not None:
+            self._performed, self._needs_resend = self._lease.order, False
 
-    def _order(self, name: str, order: Any) -> None:
+    def _perform_order(self, name: str, order: Any) -> None:
         if name == "follow":
             self._driver.follow(order["path"], order["reverse"], frozenset(order["ignore"]))
         elif name == "hold":
@@ -130,51 +136,52 @@ class RecoveryClient(SolverClient):
                 self._lights_before = int(self._vehicle.get_light_state())
             self._set_lights(order)
         else:
-            raise ValueError(f"{name} is an order for another kind of vehicle")
+            raise ValueError(f"the order {name} requires a vehicle with sensors")
 
-    def _stand(self, wrong: str, time_s: float | None) -> None:
-        """Stop, and wait until an order comes that can be performed. The fault is reported once."""
-        self._again = True
-        if self._refused is None:
-            self._refused = f"an order cannot be performed: {wrong}"
-            print(f"stucksolver: {self._refused}; the vehicle stands still", file=sys.stderr, flush=True)
-            self._tell({"time_s": time_s, "kind": "order_refused", "text": self._refused, "verdict": None})
-        if self._begun is self._lease.order and "path" in self._begun and self._lease.no_stop_at(*self._place()):
-            # The vehicle may not stop here, so the proven path is finished first.
+    def _stop(self, reason: str, time_s: float | None) -> None:
+        """Stop until a valid directive comes. The fault is reported once."""
+        self._needs_resend = True
+        if self._reject_text is None:
+            self._reject_text = f"invalid answer of the solver: {reason}"
+            print(f"stucksolver: {self._reject_text}; the vehicle stops", file=sys.stderr, flush=True)
+            self._emit({"time_s": time_s, "kind": "order_refused", "text": self._reject_text, "verdict": None})
+        follows_path = self._performed is self._lease.order and "path" in self._performed
+        if follows_path and self._lease.no_stop_at(*self._path_position()):
+            # The path forbids a stop here, so the checked path is finished first.
             self._lease.expire()
         else:
             self._lease.renew(STAND)
 
-    # ---- what is performed
+    # ---- the directive
 
     def _perform(self, time_s: float | None) -> None:
-        """Give the driver the lease's directive if it differs from the one that is being performed."""
-        before = self._lease.expired
-        self.directive = self._due()
-        if self._lease.expired and not before:
-            self._tell({"time_s": time_s, "kind": "order_expired", "text": SILENT, "verdict": None})
-        if self.directive is not self._begun:
-            self._begun = self.directive
+        """Pass the lease's directive to the driver if it differs from the one that is being performed."""
+        was_expired = self._lease.expired
+        self.directive = self._due_directive()
+        if self._lease.expired and not was_expired:
+            self._emit({"time_s": time_s, "kind": "order_expired", "text": NO_ANSWER, "verdict": None})
+        if self.directive is not self._performed:
+            self._performed = self.directive
             if self.directive["kind"] == "execute":
                 self._driver.hold(self.directive.get("brake_mps2"))
             else:
                 self._driver.release()
-        gone = self._lease.expired or not self.solver.alive
-        if gone and self.directive["kind"] == "continue" and self._lights_before is not None:
+        is_silent = self._lease.expired or not self.solver.alive
+        if is_silent and self.directive["kind"] == "continue" and self._lights_before is not None:
             self._set_lights(self._lights_before)
             self._lights_before = None
 
-    def _due(self) -> dict[str, Any]:
+    def _due_directive(self) -> dict[str, Any]:
         if self._lease.order["kind"] != "execute":
             return self._lease.order
         velocity = self._vehicle.get_velocity()
         speed = math.hypot(velocity.x, velocity.y)
         left_m = self._driver.path_left_m
         done = left_m < DONE_M + DONE_S * speed
-        return self._lease.tick(*self._place(), path_is_done=done, at_rest=speed < AT_REST_MPS)
+        return self._lease.tick(*self._path_position(), path_is_done=done, at_rest=speed < STOPPED_MPS)
 
-    def _place(self) -> tuple[float, float]:
-        """Return the vehicle's position in the frame of a directive's path: y to the left."""
+    def _path_position(self) -> tuple[float, float]:
+        """Return the ego's position in the frame of a directive's path: y to the left."""
         place = self._vehicle.get_location()
         return float(place.x), -float(place.y)
 

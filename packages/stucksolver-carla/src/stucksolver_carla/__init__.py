@@ -1,4 +1,4 @@
-"""StuckSolver in CARLA: the vehicle, two base drivers, `attach` for CARLA's own agents, and Bench2Drive's entry."""
+"""Connects StuckSolver with CARLA: the stack of a vehicle, two built-in drivers, and `attach` for CARLA's agents."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -9,7 +9,8 @@ __all__ = ["AttachedAgent", "attach"]
 
 
 def __getattr__(name: str) -> Any:
-    # `attach` needs the carla package; other parts, such as the sidecar of a stack without CARLA, do not.
+    # A late import: `attach` requires the carla package; other parts, such as the sidecar of a stack without CARLA, do
+    # not.
     if name in __all__:
         from stucksolver_carla import attached_agent
 

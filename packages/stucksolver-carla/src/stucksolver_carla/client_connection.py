@@ -1,4 +1,4 @@
-"""Connects to a running CARLA server, and says what is wrong if that fails."""
+"""Connects to a running CARLA server, and reports the reason and the remedy if that fails."""
 
 from __future__ import annotations
 
@@ -10,41 +10,43 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     import carla
 
-REACH_S = 5.0
+CONNECT_LIMIT_S = 5.0
+"""Time limit for a connection and for the answer to a version request (s). Ours."""
 
 
 class ServerError(RuntimeError):
-    """The simulator did not start, or ended. The message is its own."""
+    """The simulator cannot be used: it did not start, has ended, or does not answer. The message gives the reason."""
 
 
 @dataclass(frozen=True)
 class SimulatorServer:
-    """The address of a simulator."""
+    """The address of a simulator, and its process if it was started here."""
 
     host: str
     port: int
     process: subprocess.Popen[str] | None = None
 
     def check(self) -> None:
-        """Check the process.
+        """Check that the process is running, if it was started here.
 
         Raises:
-            ServerError: It has ended.
+            ServerError: The process has ended.
         """
         if self.process is not None and self.process.poll() is not None:
-            raise ServerError(f"the simulator ended with exit code {self.process.returncode}; run again")
+            raise ServerError(f"the simulator ended with exit code {self.process.returncode}; run the command again")
 
 
 def remote_server(host: str, port: int) -> SimulatorServer:
     """Return a server that is already running.
 
     Raises:
-        ServerError: Nobody listens there, which the client would find out late.
+        ServerError: No program listens there. The client alone would report this only after its time limit.
     """
-    if not 1 <= port <= 65535:  # the C library takes port 99999 for 34463, where another server may listen
+    # The C library would connect to port 34463 for 99999, where another server may listen.
+    if not 1 <= port <= 65535:
         raise ServerError(f"no CARLA server at {host}:{port}: a port is a number from 1 to 65535; see --port")
     try:
-        socket.create_connection((host, port), timeout=REACH_S).close()
+        socket.create_connection((host, port), timeout=CONNECT_LIMIT_S).close()
     except OSError as error:
         reason = getattr(error, "strerror", None) or error
         raise ServerError(f"no CARLA server at {host}:{port}: {reason}; start one, or see --host and --port") from error
@@ -66,28 +68,31 @@ def connect(server: SimulatorServer, timeout_s: float) -> Any:
 
 
 def check_remote(host: str, port: int) -> None:
-    """Ask a running server for its version.
+    """Connect to a running server and compare the versions.
 
     Raises:
-        ServerError: It cannot be used.
+        ServerError: The server does not answer, or its version differs from the client's.
     """
     try:
-        connect(remote_server(host, port), REACH_S)
+        connect(remote_server(host, port), CONNECT_LIMIT_S)
     except ServerError as error:
-        place = f"{host}:{port}"
-        raise ServerError(str(error) if place in str(error) else f"{place}: {error}") from error
+        address = f"{host}:{port}"
+        raise ServerError(str(error) if address in str(error) else f"{address}: {error}") from error
 
 
 def _check_versions(client: carla.Client) -> None:
     """Check that a client and its server have the same version.
 
     Raises:
-        ServerError: They differ, or it is not a CARLA server.
+        ServerError: They differ, or the program at this address is not a CARLA server.
     """
     try:
-        ours, theirs = str(client.get_client_version()), str(client.get_server_version())
+        client_version, server_version = str(client.get_client_version()), str(client.get_server_version())
     except RuntimeError as error:
-        # The client library reports a missing or foreign server with a bare `RuntimeError`.
-        raise ServerError(f"the program that listens there does not answer like a CARLA server: {error}") from error
-    if ours != theirs:
-        raise ServerError(f"the carla client is {ours} but the server is {theirs}: pip install carla=={theirs}")
+        # The client library reports a missing or foreign server with a plain `RuntimeError`.
+        raise ServerError(f"the program at this address does not answer like a CARLA server: {error}") from error
+    if client_version != server_version:
+        raise ServerError(
+            f"the carla client has version {client_version}, the server has version {server_version}: "
+            f"pip install carla=={server_version}"
+        )

@@ -1,4 +1,4 @@
-"""Interface of perception with the vehicle's own sensors. `stucksolver-perception` implements it as a plug-in."""
+"""Defines the interface of sensor-based perception. `stucksolver-perception` implements it as a plug-in."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class SensorError(RuntimeError):
-    """A sensor of the rig cannot be attached or gives no data. The message names it and the remedy."""
+    """A sensor of the rig cannot be attached or gives no data. The message names the sensor and the remedy."""
 
 
 class EgoPerception(Protocol):
@@ -26,26 +26,26 @@ class EgoPerception(Protocol):
 
     @property
     def vehicle(self) -> Any:
-        """The vehicle as perceived; has the methods of `carla.Vehicle` that the stack uses."""
+        """The perceived vehicle, with the methods of `carla.Vehicle` that the stack uses."""
 
     def tick(self) -> None:
         """Read the sensors. Raises `SensorError`."""
 
     def checked(self, control: carla.VehicleControl) -> carla.VehicleControl:
-        """Return the control, or a brake if nothing has been perceived for too long."""
+        """Return the control, or a braking control if the newest result is too old."""
 
     def close(self) -> None:
         """Remove the sensors."""
 
 
 class PerceptionPlugin(Protocol):
-    """What an entry point in `stucksolver.perception` loads."""
+    """The object that an entry point in `stucksolver.perception` loads."""
 
     def missing(self) -> str | None:
-        """Return what is not installed, with the remedy, or None."""
+        """Return the name of a missing package with the remedy; None if all are installed."""
 
     def open(self, vehicle: carla.Vehicle, carla_map: carla.Map, *, paced: bool) -> EgoPerception:
-        """Attach sensors to a vehicle. `paced`: a simulated world waits for perception. Raises `SensorError`."""
+        """Attach sensors to a vehicle. `paced`: the simulated world waits for perception. Raises `SensorError`."""
 
     def remote_stack(
         self, opening: Mapping[str, Any], settings: SessionSettings, ask: Callable[[str], Any], *, uses_image: bool
@@ -57,16 +57,16 @@ class PerceptionPlugin(Protocol):
 
 
 def sensor_perception() -> PerceptionPlugin:
-    """Return the installed perception.
+    """Return the installed perception plug-in.
 
     Raises:
-        SensorError: None is installed, or a package that it needs is missing.
-        PluginError: It cannot be loaded.
+        SensorError: No plug-in is installed, or it requires a package that is missing.
+        PluginError: The plug-in cannot be loaded.
     """
     for plugin in plugins("perception"):
-        found: PerceptionPlugin = plugin.load()
-        missing = found.missing()
+        perception: PerceptionPlugin = plugin.load()
+        missing = perception.missing()
         if missing:
             raise SensorError(f"perception 'sensors': {missing}")
-        return found
+        return perception
     raise SensorError("perception 'sensors' is not installed; add the extra [perception] (README, Install)")

@@ -1,4 +1,4 @@
-"""The interface through which a session uses the stack at the other end of its connection, of whichever kind."""
+"""Defines the interface through which a session uses the stack at the other end of its connection."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from stucksolver.scene import Scene, Status, Surroundings
 
 
 class UnusableError(RuntimeError):
-    """What the stack sent cannot be used. The message says what, and how to fix it."""
+    """A message of the stack cannot be used. The message of this error gives the reason and the remedy."""
 
 
 class RemoteStack(ABC):
     """One kind of stack. On each tick `begin`, `status` and `perform` are called in this order."""
 
     def begin(self, tick: Mapping[str, Any]) -> bool:
-        """Take a tick; False while nothing can be decided yet. Raises `UnusableError`."""
+        """Start a tick; return False while the solver cannot decide yet. Raises `UnusableError`."""
         return True
 
     @abstractmethod
@@ -30,24 +30,24 @@ class RemoteStack(ABC):
         """Return its surroundings."""
 
     @abstractmethod
-    def scene(self, seen: Surroundings) -> Scene | None:
+    def scene(self, surroundings: Surroundings) -> Scene | None:
         """Return the scene for reasoners."""
 
     @abstractmethod
     def perform(self, directive: Directive) -> list[Any]:
-        """Return the orders for the driver on the other side."""
+        """Return the orders for the driver in the stack's process."""
 
     @abstractmethod
     def forget(self) -> None:
-        """Repeat all orders: the driver's side is not performing the last ones."""
+        """Send all orders again with the next answer, because the stack has rejected or lost the last ones."""
 
     def waiting(self) -> list[Any]:
-        """Return the orders while nothing can be decided yet."""
+        """Return the orders for the time in which the solver cannot decide yet."""
         return []
 
     def events(self) -> list[dict[str, Any]]:
-        """Return what the stack has to report besides the solver's events, since the last call."""
+        """Return the stack's own events since the last call, in addition to the solver's."""
         return []
 
-    def close(self) -> None:  # noqa: B027 (most hold nothing)
-        """End the drive."""
+    def close(self) -> None:  # noqa: B027 (most stacks have no resources)
+        """Release the resources."""

@@ -1,4 +1,4 @@
-"""The settings that a stack may send in its `hello`."""
+"""Defines the settings that a stack may send in its `hello`."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from stucksolver.scene.base_model import FrozenModel
 from stucksolver.solver import Event, MakeScene, StuckSolver
 
 NONE = "none"
-"""The name of the recovery that does nothing."""
+"""The recovery without a reasoner."""
 
 
 class SessionSettings(FrozenModel):
@@ -28,32 +28,35 @@ class SessionSettings(FrozenModel):
     reasoner: str | None = None
     """The reasoner of the rung `model`; None leaves the rung out."""
     ladder: str | None = None
+    """Name or file of the ladder; None for the default one."""
     clock: str = "lockstep"
+    """The clock of the solver."""
     detector: dict[str, float] = Field(default_factory=dict)
+    """Changed fields of `DetectorSettings`."""
     record: Path | None = None
     """Folder for the record of each intervention; None for no records."""
     perception: Literal["privileged", "sensors"] = "privileged"
-    """Where the objects come from; results must state it."""
+    """Source of the objects; results must state it."""
     rig: Path | None = None
-    """The rig file of a vehicle with its own perception; None for the one that ships with the package."""
+    """The rig file with sensor-based perception; None for the file that ships with the package."""
     driver: Literal["behavior", "planner"] = "planner"
-    """The driver of a vehicle with its own perception; all others have their own driver."""
+    """The driver with sensor-based perception. Otherwise the driver runs in the stack's process."""
     behavior: Literal["cautious", "normal", "aggressive"] = "normal"
-    """The behaviour of that driver."""
+    """The behavior of that driver."""
     seed: int = 0
-    """Seed of the noise of that vehicle's wheels."""
+    """Seed of the wheel noise with sensor-based perception."""
 
     @property
     def helps(self) -> bool:
-        """True if there is a reasoner; without one the driver drives alone."""
+        """True if there is a reasoner. Without one the driver drives alone."""
         return self.recovery != NONE
 
     def recorder(self) -> Recorder | None:
-        """Return the recorder if records are requested; it must be closed, or broken off, when the stack is gone."""
+        """Return a recorder, or None without a folder. The caller must close it, or break it off if the stack fails."""
         return None if self.record is None else Recorder(self.record)
 
     def solver(self, scene: MakeScene, on_event: Callable[[Event], None], recorder: Recorder | None) -> StuckSolver:
-        """Return the solver. Raises what `find_ladder` and `make_reasoner` raise."""
+        """Return the solver. Raises the errors of `find_ladder` and `make_reasoner`."""
         models: dict[str, Reasoner] = {} if self.reasoner is None else {"model": make_reasoner(self.reasoner)}
         return StuckSolver(
             scene,

@@ -23,7 +23,8 @@ def settle(speed, room, lead_speed, deceleration, seconds=60.0, dt=0.02):
 
 @pytest.mark.integration
 @given(st.floats(0.0, 20.0), st.floats(0.0, 10.0), st.floats(1.5, 3.5))
-def test_a_gap_is_closed_without_overshoot_and_with_about_the_comfortable_braking(extra, lead, deceleration):
+def test_braking_to_gap_has_no_overshoot_and_comfortable_deceleration(extra, lead, deceleration):
+    """A gap is closed without overshoot and with about the comfortable braking."""
     speed = lead + min(extra, 14.0)
     room = (speed - lead) ** 2 / (2.0 * deceleration) * 1.2 + deceleration + 3.0
     least, last, final, hardest = settle(speed, room, lead, deceleration)

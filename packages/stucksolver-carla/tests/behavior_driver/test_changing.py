@@ -53,16 +53,22 @@ def touched(world, ego, driver, seconds):
 
 @pytest.mark.integration
 @pytest.mark.parametrize("abreast_m", [-7.0, -5.0, -2.0, 0.0, 4.0])
-def test_a_car_that_creeps_past_in_the_lane_beside_is_let_past_first(abreast_m):
-    """As in slow traffic on a motorway: it drives 0.4 m/s faster."""
+def test_lane_change_slow_passing_car_goes_first(abreast_m):
+    """A car that creeps past in the adjacent lane goes first.
+
+    As in slow traffic on a motorway: it drives 0.4 m/s faster.
+    """
     world, ego, driver = scene()
     world.add("vehicle.a", 10.0 + abreast_m, RIGHT, speed=7.9)
     assert not touched(world, ego, driver, 25.0)
     assert ego.y == pytest.approx(RIGHT, abs=0.4)
 
 
-def test_with_ground_truth_the_lane_is_changed_where_the_route_says():
-    """The driver is CARLA's there, which looks for nobody beside it."""
+def test_lane_change_with_ground_truth_follows_route():
+    """With ground truth, the lane is changed where the route requires it.
+
+    There, the driver is CARLA's, which does not check the adjacent lane.
+    """
     world, ego, driver = scene(sensed=False)
     world.add("vehicle.a", 10.0, RIGHT, speed=7.9)
     assert touched(world, ego, driver, 25.0)
@@ -70,8 +76,11 @@ def test_with_ground_truth_the_lane_is_changed_where_the_route_says():
 
 @pytest.mark.integration
 @pytest.mark.parametrize("first_m", [0.0, 10.0, 20.0, 30.0])
-def test_a_faster_stream_is_joined_in_a_gap_at_its_pace(first_m):
-    """Its cars brake for nobody."""
+def test_lane_change_joins_faster_flow_in_gap(first_m):
+    """A faster traffic flow is joined in a gap, at its speed.
+
+    Its cars do not brake for the ego.
+    """
     world, ego, driver = scene()
     for k in range(12):
         world.add("vehicle.a", 30.0 + first_m - 40.0 * k, RIGHT, speed=12.0)
@@ -79,7 +88,8 @@ def test_a_faster_stream_is_joined_in_a_gap_at_its_pace(first_m):
     assert ego.y == pytest.approx(RIGHT, abs=0.4)
 
 
-def test_of_two_changes_the_second_looks_at_its_own_lane_even_if_the_first_was_early():
+def test_lane_change_planner_second_change_uses_its_own_lane():
+    """Of two changes, the second checks its own lane even if the first was early."""
     changes = [LaneChange(45.0, 40.0, -3.5, 1.0, 250.0), LaneChange(123.0, 40.0, -3.5, 3.0, 252.0)]
     first, second = LaneChangePlanner(changes, doubt_m=0.3)._due
     assert first.last_m == 123.0, "the line is in the third lane from there on"
@@ -105,7 +115,8 @@ def test_without_a_gap_it_waits_before_its_lane_ends():
     ],
     ids=["sets off", "is parked", "drives in the lane beside", "with ground truth"],
 )
-def test_who_sets_off_at_the_roadside_is_expected_to_pull_out(y, speed, sensed, heeded):
+def test_driver_vehicle_setting_off_at_roadside_is_hazard(y, speed, sensed, heeded):
+    """In sensor mode, a vehicle that sets off at the roadside is expected to pull out."""
     world = FakeWorld(straight_road())
     ego = world.add_ego(80.0, RIGHT, 0.0, 7.5)
     ego.speed_limit = 30.0

@@ -40,7 +40,8 @@ def swing_out(speed, shift, over):
 
 @pytest.mark.parametrize("side", [-2.9, 2.9])
 @pytest.mark.parametrize(("speed", "over"), [(3.5, 9.0), (2.0, 9.0), (1.0, 9.5)])
-def test_a_tight_swing_out_from_standstill_is_tracked_within_a_hand(speed, over, side):
+def test_steering_tight_swing_out_from_standstill_stays_within_30_cm(speed, over, side):
+    """A tight swing-out from a standstill is tracked within 0.3 m."""
     worst, fastest = swing_out(speed, side, over)
     assert worst < 0.3
     assert fastest < speed + 0.2

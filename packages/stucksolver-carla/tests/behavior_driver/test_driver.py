@@ -84,7 +84,8 @@ def test_a_lane_change_of_the_route_is_driven():
 @pytest.mark.integration
 @settings(max_examples=10)
 @given(st.floats(-3.5, 3.5), st.floats(0.0, 8.0))
-def test_release_returns_from_beside_the_lane_and_counts_what_was_passed(beside, speed):
+def test_release_beside_lane_returns_and_counts_driven_distance(beside, speed):
+    """After `release`, the driver returns from beside the lane and counts the distance that was driven."""
     world, ego, driver = scene()
     ego.x, ego.y, ego.speed = 80.0, HOME + beside, speed
     driver.follow([DrivePoint(80.0 + k, HOME + beside, 8.0) for k in range(30)])
@@ -110,8 +111,11 @@ class Sensed:
 
 
 @pytest.mark.parametrize("ahead", [(), (30.0,)], ids=["free", "a car further on"])
-def test_by_sensors_it_returns_past_what_stands_abreast_in_its_own_lane(ahead):
-    """A plan may end in the lane beside, next to what has been passed, which never drives on."""
+def test_driver_sensor_mode_returns_past_stopped_vehicle_alongside(ahead):
+    """In sensor mode, the driver returns to its lane past a vehicle that has stopped there.
+
+    A plan may end in the adjacent lane, next to a passed vehicle that never drives on.
+    """
     world, ego, _ = scene()
     ego.perceiver = Sensed(world, ego)
     driver = BehaviorDriver(ego, "normal", DriverOptions(ignore_traffic_lights=True))
@@ -127,7 +131,8 @@ def test_by_sensors_it_returns_past_what_stands_abreast_in_its_own_lane(ahead):
     assert ego.x > 95.0
 
 
-def test_by_sensors_it_waits_beside_its_lane_for_who_moves_there():
+def test_driver_sensor_mode_waits_for_traffic_in_own_lane():
+    """In sensor mode, the driver waits beside its lane for vehicles that move there."""
     world, ego, _ = scene()
     ego.perceiver = Sensed(world, ego)
     driver = BehaviorDriver(ego, "normal", DriverOptions(ignore_traffic_lights=True))
@@ -140,8 +145,11 @@ def test_by_sensors_it_waits_beside_its_lane_for_who_moves_there():
 
 
 @pytest.mark.parametrize(("ahead_m", "beside_m", "waits"), [(2.3, 1.4, True), (2.3, 1.8, False), (0.0, 1.4, False)])
-def test_by_sensors_it_waits_for_a_person_who_may_stand_before_its_corner(ahead_m, beside_m, waits):
-    """0.2 m beside it, by what is seen; not for who stands further away or beside its middle."""
+def test_driver_sensor_mode_waits_for_pedestrian_before_corner(ahead_m, beside_m, waits):
+    """In sensor mode, the driver waits for a pedestrian that may be in front of its corner.
+
+    0.2 m beside it, as perceived; not for a pedestrian that is farther away or beside its middle.
+    """
     world, ego, _ = scene()
     ego.perceiver = Sensed(world, ego)
     driver = BehaviorDriver(ego, "normal", DriverOptions(ignore_traffic_lights=True))
@@ -152,8 +160,11 @@ def test_by_sensors_it_waits_for_a_person_who_may_stand_before_its_corner(ahead_
 
 
 @pytest.mark.parametrize("sensed", [True, False])
-def test_by_sensors_it_halts_at_once_before_who_steps_out_close_ahead(sensed):
-    """Where places are exact, the last of the speed takes its time."""
+def test_driver_sensor_mode_stops_at_once_before_pedestrian(sensed):
+    """In sensor mode, the driver stops at once before a pedestrian that steps out close ahead.
+
+    Where positions are exact, the last part of the speed takes longer.
+    """
     world, ego, driver = scene(speed=1.0)
     if sensed:
         ego.perceiver = Sensed(world, ego)

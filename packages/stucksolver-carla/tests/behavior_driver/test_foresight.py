@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stucksolver_carla.drivers.behavior.path import Projection
-from stucksolver_carla.drivers.behavior.predictive_braking import ACROSS_NOISE_MPS, entering
+from stucksolver_carla.drivers.behavior.predictive_braking import ACROSS_NOISE_MPS, vehicles_pulling_out
 from stucksolver_carla.drivers.behavior.route_bodies import RouteObjects
 from stucksolver_carla.drivers.behavior.vehicle_model import VehicleModel
 
@@ -28,21 +28,26 @@ def found(gap_m, nears_mps, speed_mps, passing_mps=0.0):
         vs=speed_mps * ones,
         vd=nears_mps * ones,
     )
-    return bool(entering(body, HERE, CAR, passing_mps))
+    return bool(vehicles_pulling_out(body, HERE, CAR, passing_mps))
 
 
 @pytest.mark.parametrize(("gap_m", "nears_mps"), [(1.0, 0.6), (1.0, 0.4), (8.0, 0.4)])
-def test_who_is_being_passed_and_seems_to_drift_does_not_pull_out(gap_m, nears_mps):
+def test_pull_out_passed_vehicle_drifting_is_ignored(gap_m, nears_mps):
+    """A vehicle that is being passed and seems to drift does not pull out."""
     assert found(gap_m, nears_mps, 8.0)
     assert not found(gap_m, nears_mps, 8.0, passing_mps=12.5)
 
 
 @pytest.mark.parametrize(("gap_m", "nears_mps", "passing_mps"), [(3.0, 1.2, 12.0), (20.0, 0.8, 12.0), (3.0, 0.4, 7.0)])
-def test_who_would_be_in_the_way_before_it_is_passed_pulls_out(gap_m, nears_mps, passing_mps):
-    """Whoever is as fast as the ego is never passed."""
+def test_pull_out_vehicle_in_path_before_pass_is_found(gap_m, nears_mps, passing_mps):
+    """A vehicle that would be in the path before it is passed pulls out.
+
+    A vehicle as fast as the ego is never passed.
+    """
     assert found(gap_m, nears_mps, 8.0, passing_mps)
 
 
-def test_a_drift_within_the_noise_counts_only_for_whom_the_ego_does_not_pass():
+def test_pull_out_drift_within_noise_counts_only_without_pass():
+    """A drift within the noise counts only for a vehicle that the ego does not pass."""
     assert not found(30.0, ACROSS_NOISE_MPS, 5.0, passing_mps=5.5)
     assert found(30.0, ACROSS_NOISE_MPS, 5.0, passing_mps=4.5)

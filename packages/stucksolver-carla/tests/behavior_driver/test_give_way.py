@@ -17,7 +17,7 @@ from stucksolver_carla.drivers.behavior.junction_yield import (
     EgoSpeeds,
     JunctionYield,
 )
-from stucksolver_carla.drivers.behavior.lane_speed_prior import KNOWN_S, NEW_S, PACE_S, LaneSpeedPrior
+from stucksolver_carla.drivers.behavior.lane_speed_prior import MEMORY_S, NEW_TRACK_S, PACE_S, LaneSpeedPrior
 from stucksolver_carla.drivers.behavior.nearby_objects import FIRST_FAR_ID, NearbyObjects
 from stucksolver_carla.drivers.behavior.path import make_path
 from stucksolver_carla.drivers.behavior.profiles import PROFILES
@@ -85,19 +85,21 @@ def comers(*places):
 
 def look(around, s=AT_THE_LINE, speed=0.0, one=None, watch=None):
     watch = watch or JunctionYield([JunctionConflicts(WAIT_S, (one or way(),))], PROFILES["normal"], CAR)
-    return watch.look(LINE, s, EgoSpeeds(speed, TOP_MPS), around, DT_S)
+    return watch.decide(LINE, s, EgoSpeeds(speed, TOP_MPS), around, DT_S)
 
 
 def test_with_nobody_about_it_goes():
     assert look(comers()).wait_m is None
 
 
-def test_it_waits_at_the_line_for_one_who_would_meet_it():
+def test_yield_waits_at_line_for_conflicting_vehicle():
+    """The ego waits at the line for a vehicle that it would meet."""
     assert look(comers((25.0, 8.0))).wait_m == pytest.approx(WAIT_S - AT_THE_LINE - CAR.half_length)
 
 
 @pytest.mark.parametrize("around", [comers((85.0, 8.0)), comers((4.0, 12.0)), comers((25.0, 0.0))])
-def test_it_goes_before_one_far_off_behind_one_about_to_pass_and_past_one_who_stands(around):
+def test_yield_far_passed_or_stopped_vehicle_does_not_wait(around):
+    """The ego goes before a far vehicle, behind one that is about to pass, and past a stopped one."""
     assert look(around).wait_m is None
 
 
@@ -105,7 +107,8 @@ def test_one_whom_it_passes_behind_is_no_reason_to_brake():
     assert look(comers((4.0, 12.0))).passing == {0}
 
 
-def test_one_who_must_give_way_is_not_waited_for_unless_it_cannot_stop():
+def test_yield_without_right_of_way_waits_only_if_needed():
+    """A vehicle that must yield is not waited for unless it cannot stop."""
     minor = way(goes_first=False)
     assert look(comers((16.0, 5.0)), one=minor).wait_m is None
     assert look(comers((28.0, 14.0)), s=WAIT_S - 10.0, speed=8.0, one=minor).wait_m is not None
@@ -118,7 +121,8 @@ def test_a_red_light_holds_those_who_can_still_stop():
     assert look(comers((16.0, 5.0)), one=way(lights=[Light(carla.TrafficLightState.Green)])).wait_m is not None
 
 
-def test_whoever_has_waited_takes_a_gap_that_was_too_small_at_first():
+def test_yield_after_long_wait_accepts_shorter_gap():
+    """After a wait, the ego accepts a gap that was too short at first."""
     watch = JunctionYield([JunctionConflicts(WAIT_S, (way(),))], PROFILES["normal"], CAR)
     gaps = [away for away in np.arange(20.0, 80.0, 0.5) if look(comers((away, 8.0)), watch=watch).wait_m is None]
     watch = JunctionYield([JunctionConflicts(WAIT_S, (way(),))], PROFILES["normal"], CAR)
@@ -134,42 +138,47 @@ def test_it_is_never_told_to_stop_where_the_ways_meet():
         assert wait_m is None or s + CAR.half_length + wait_m <= MEET_S - 2.0
 
 
-def test_past_the_line_it_still_brakes_before_a_way_that_it_would_join_into_somebody():
+def test_yield_past_line_brakes_before_conflicting_merge():
+    """Past the line, the ego still brakes before it would merge into a vehicle."""
     late = look(comers((16.0, 14.0)), s=93.0, speed=4.0, one=way(joins=True))
     assert late.wait_m == pytest.approx(MEET_S - 2.0 - 93.0 - CAR.half_length)
 
 
-def test_it_joins_a_flow_behind_the_one_that_is_ahead_by_then_and_not_before_a_faster_one():
+def test_yield_merge_follows_lead_but_not_before_faster_vehicle():
+    """The ego joins a flow behind the vehicle that is then ahead, and not before a faster one."""
     joining = way(joins=True)
     verdict = look(comers((5.0, 10.0)), one=joining)
     assert verdict.wait_m is None and isinstance(verdict.leader, LeadVehicle) and verdict.leader.speed == 10.0
     assert look(comers((45.0, 14.0)), one=joining).wait_m is not None
 
 
-def test_a_way_that_nobody_has_been_seen_to_take_is_not_expected_of_those_far_off():
+def test_turn_statistics_unused_path_is_not_expected_far_away():
+    """A path that no vehicle has taken so far is not expected of far vehicles."""
     one, other, habits = way(), way(joins=True), TurnStatistics()
     far, near = (vehicles_on_path(one, comers((away, 8.0)))[0] for away in (40.0, 12.0))
-    assert habits.expect(one, far)
+    assert habits.may_take(one, far)
     for actor in vehicles_on_path(other, comers((-1.0, 8.0), (-1.0, 8.0))):
-        habits.see([(other, actor)])
-    assert not habits.expect(one, far) and habits.expect(one, near) and habits.expect(other, far)
+        habits.observe([(other, actor)])
+    assert not habits.may_take(one, far) and habits.may_take(one, near) and habits.may_take(other, far)
 
 
-def test_before_a_turn_where_others_go_first_it_slows_down_to_look():
+def test_yield_before_turn_slows_down_to_look():
+    """Before a turn where others have priority, the ego slows down to look."""
     bend = make_path(S, np.zeros(200), np.where(np.abs(S - MEET_S) < 10.0, 5.5, 13.0))
     watch = JunctionYield([JunctionConflicts(WAIT_S, (way(),))], PROFILES["normal"], CAR)
-    verdict = watch.look(bend, 50.0, EgoSpeeds(10.0, TOP_MPS), comers(), DT_S)
+    verdict = watch.decide(bend, 50.0, EgoSpeeds(10.0, TOP_MPS), comers(), DT_S)
     assert verdict.look_m == pytest.approx(WAIT_S - 50.0 - CAR.half_length)
     fast = make_path(S, np.zeros(200), np.full(200, 13.0))
     watch = JunctionYield([JunctionConflicts(WAIT_S, (way(),))], PROFILES["normal"], CAR)
-    assert watch.look(fast, 50.0, EgoSpeeds(10.0, TOP_MPS), comers(), DT_S).look_m is None
+    assert watch.decide(fast, 50.0, EgoSpeeds(10.0, TOP_MPS), comers(), DT_S).look_m is None
 
 
 def sensed():
-    return JunctionYield([JunctionConflicts(WAIT_S, (way(),))], PROFILES["normal"], CAR, sensed=True)
+    return JunctionYield([JunctionConflicts(WAIT_S, (way(),))], PROFILES["normal"], CAR, sensor_mode=True)
 
 
-def test_the_noise_of_a_streams_speeds_is_left_out_and_who_drives_otherwise_is_not():
+def test_flow_speed_averages_noise_but_keeps_other_speeds():
+    """The noise of the speeds in a flow is averaged out; a vehicle with another speed keeps it."""
     one = way()
     seen = [
         (one, other) for other in vehicles_on_path(one, comers((10.0, 9.2), (30.0, 10.0), (50.0, 10.9), (70.0, 4.0)))
@@ -180,7 +189,8 @@ def test_the_noise_of_a_streams_speeds_is_left_out_and_who_drives_otherwise_is_n
 
 
 @pytest.mark.parametrize("past_m", [0.1, 0.5, 0.9])
-def test_by_sensors_an_ego_that_crept_past_the_place_to_wait_still_waits(past_m):
+def test_yield_sensor_mode_waits_after_creeping_past_line(past_m):
+    """In sensor mode, an ego that crept past the place to wait still waits."""
     s = MEET_S - 2.0 - CAR.half_length + past_m
     coming = comers((10.0, 8.0))
     assert look(coming, watch=sensed(), s=s, speed=0.2).wait_m == 0.0
@@ -188,7 +198,8 @@ def test_by_sensors_an_ego_that_crept_past_the_place_to_wait_still_waits(past_m)
     assert look(coming, s=s, speed=0.2).wait_m is None, "with ground truth it knows that it is in the way"
 
 
-def test_by_sensors_it_sets_off_when_the_way_has_been_free_for_some_looks():
+def test_yield_sensor_mode_goes_after_several_free_ticks():
+    """In sensor mode, the ego sets off when the path has been free for several ticks."""
     watch = sensed()
     waits = [look(comers(), watch=watch).wait_m is not None for _ in range(10)]
     assert waits[0] and not waits[-1]
@@ -198,26 +209,30 @@ def test_by_sensors_it_sets_off_when_the_way_has_been_free_for_some_looks():
     assert all(wait_m is not None for wait_m in flickering)
 
 
-def test_who_has_just_come_into_view_is_no_slower_than_those_before_until_it_is_measured():
+def test_lane_speed_prior_raises_speed_of_new_vehicle():
+    """A new vehicle counts as no slower than those before it until its speed is measured."""
     one, paces = way(), LaneSpeedPrior()
 
     def seen(speed, actor_id):
         return [(one, other._replace(actor_id=actor_id)) for other in vehicles_on_path(one, comers((60.0, speed)))]
 
     for k in range(20):
-        assert paces.of(seen(9.0, 1), DT_S * k)[0][1].speed == 9.0
-        paces.of(seen(9.0, 1) + seen(36.0, FIRST_FAR_ID), DT_S * k)
+        assert paces.with_prior_speed(seen(9.0, 1), DT_S * k)[0][1].speed == 9.0
+        paces.with_prior_speed(seen(9.0, 1) + seen(36.0, FIRST_FAR_ID), DT_S * k)
     now_s = DT_S * 20
-    assert paces.of(seen(5.0, 2), now_s)[0][1].speed == 9.0
-    assert paces.of(seen(12.0, 3), now_s + DT_S)[0][1].speed == 12.0
-    paces.of(seen(5.0, 4), now_s)
-    assert paces.of(seen(5.0, 4), now_s + NEW_S)[0][1].speed == 5.0, "by now it is measured"
-    assert paces.of(seen(4.0, 5), now_s + NEW_S + PACE_S)[0][1].speed == 4.0, "that was long ago"
+    assert paces.with_prior_speed(seen(5.0, 2), now_s)[0][1].speed == 9.0
+    assert paces.with_prior_speed(seen(12.0, 3), now_s + DT_S)[0][1].speed == 12.0
+    paces.with_prior_speed(seen(5.0, 4), now_s)
+    assert paces.with_prior_speed(seen(5.0, 4), now_s + NEW_TRACK_S)[0][1].speed == 5.0, "by now it is measured"
+    assert paces.with_prior_speed(seen(4.0, 5), now_s + NEW_TRACK_S + PACE_S)[0][1].speed == 4.0, "that was long ago"
 
 
 @pytest.mark.parametrize(("others", "speed"), [(1, 36.0), (2, 11.0)], ids=["one drove there", "two did"])
-def test_whom_only_the_camera_sees_is_little_faster_than_those_who_drove_there(others, speed):
-    """The camera's speed is an upper bound."""
+def test_lane_speed_prior_caps_speed_of_camera_tracks(others, speed):
+    """A vehicle that only the camera tracks counts as little faster than those that drove there.
+
+    The camera's speed is an upper bound.
+    """
     one, paces = way(), LaneSpeedPrior()
 
     def seen(speed, *ids):
@@ -226,43 +241,46 @@ def test_whom_only_the_camera_sees_is_little_faster_than_those_who_drove_there(o
         ]
 
     for k in range(20):
-        paces.of(seen(9.0, *range(others)), DT_S * k)
+        paces.with_prior_speed(seen(9.0, *range(others)), DT_S * k)
     now_s = DT_S * 20
-    assert paces.of(seen(36.0, FIRST_FAR_ID), now_s)[0][1].speed == speed
-    assert paces.of(seen(36.0, FIRST_FAR_ID), now_s + KNOWN_S)[0][1].speed == 36.0, "that was long ago"
+    assert paces.with_prior_speed(seen(36.0, FIRST_FAR_ID), now_s)[0][1].speed == speed
+    assert paces.with_prior_speed(seen(36.0, FIRST_FAR_ID), now_s + MEMORY_S)[0][1].speed == 36.0, "that was long ago"
 
 
 @pytest.mark.parametrize(("next_m", "goes_on"), [(90.0, True), (20.0, False)], ids=["a gap behind it", "another one"])
-def test_by_sensors_one_who_has_set_off_lets_who_is_passing_go_by_and_goes_on(next_m, goes_on):
-    watch = JunctionYield([JunctionConflicts(WAIT_S, (way(),))], PROFILES["normal"], CAR, sensed=True)
-    while watch.look(LINE, AT_THE_LINE, EgoSpeeds(0.0, TOP_MPS), comers(), DT_S).wait_m is not None:
+def test_yield_sensor_mode_going_ego_lets_passing_vehicle_pass(next_m, goes_on):
+    """In sensor mode, an ego that has set off lets a passing vehicle pass and goes on."""
+    watch = JunctionYield([JunctionConflicts(WAIT_S, (way(),))], PROFILES["normal"], CAR, sensor_mode=True)
+    while watch.decide(LINE, AT_THE_LINE, EgoSpeeds(0.0, TOP_MPS), comers(), DT_S).wait_m is not None:
         pass
     here = MEET_S - 2.0 - CAR.half_length - 1.2
     for _ in range(round(SETTLED_S / DT_S) + 1):
-        found = watch.look(LINE, here, EgoSpeeds(2.0, TOP_MPS), comers((2.0, 6.0), (next_m, 9.0)), DT_S)
+        found = watch.decide(LINE, here, EgoSpeeds(2.0, TOP_MPS), comers((2.0, 6.0), (next_m, 9.0)), DT_S)
     assert found.wait_m is not None
-    assert watch.going is goes_on
+    assert watch.has_started is goes_on
 
 
 @pytest.mark.parametrize(("first_id", "gives_up"), [(1, True), (FIRST_FAR_ID, False)], ids=["LiDAR", "camera only"])
-def test_by_sensors_one_who_has_set_off_gives_up_only_for_whom_the_lidar_measures(first_id, gives_up):
-    watch = JunctionYield([JunctionConflicts(WAIT_S, (way(),))], PROFILES["normal"], CAR, sensed=True)
-    while watch.look(LINE, AT_THE_LINE, EgoSpeeds(0.0, TOP_MPS), comers(), DT_S).wait_m is not None:
+def test_yield_sensor_mode_going_ego_stops_only_for_lidar_tracks(first_id, gives_up):
+    """In sensor mode, an ego that has set off stops only for vehicles that the LiDAR measures."""
+    watch = JunctionYield([JunctionConflicts(WAIT_S, (way(),))], PROFILES["normal"], CAR, sensor_mode=True)
+    while watch.decide(LINE, AT_THE_LINE, EgoSpeeds(0.0, TOP_MPS), comers(), DT_S).wait_m is not None:
         pass
     comes = replace(comers((20.0, 8.0)), actor_id=(first_id,))
     for _ in range(round(SETTLED_S / DT_S) + 1):
-        found = watch.look(LINE, AT_THE_LINE, EgoSpeeds(0.5, TOP_MPS), comes, DT_S)
+        found = watch.decide(LINE, AT_THE_LINE, EgoSpeeds(0.5, TOP_MPS), comes, DT_S)
     assert (found.wait_m is not None) is gives_up
 
 
-def test_where_a_vehicle_is_that_only_the_camera_tracks_says_nothing_of_the_way_it_takes():
+def test_turn_statistics_ignore_camera_only_tracks():
+    """The position of a vehicle that only the camera tracks says nothing about its path."""
     turning = way(joins=True)
     for first_id, taken in ((1, True), (FIRST_FAR_ID, False)):
-        watch = JunctionYield([JunctionConflicts(WAIT_S, (way(), turning))], PROFILES["normal"], CAR, sensed=True)
+        watch = JunctionYield([JunctionConflicts(WAIT_S, (way(), turning))], PROFILES["normal"], CAR, sensor_mode=True)
         for k in range(3):
             bodies = comers((-1.0, 8.0))
             look(replace(bodies, actor_id=(first_id + k,)), watch=watch, s=AT_THE_LINE - 5.0, speed=5.0)
-        assert bool(watch._habits._took) is taken
+        assert bool(watch._turn_statistics._observed_turns) is taken
     assert FIRST_FAR_ID == FIRST_ID
 
 
@@ -271,22 +289,24 @@ def least_lead_m(sensed):
     ramp = make_path(S, np.zeros(200), np.full(200, 4.0))
     for away_m in np.arange(90.0, 40.0, -1.0):
         watch = JunctionYield(
-            [JunctionConflicts(WAIT_S - 30.0, (way(joins=True),))], PROFILES["normal"], CAR, sensed=sensed
+            [JunctionConflicts(WAIT_S - 30.0, (way(joins=True),))], PROFILES["normal"], CAR, sensor_mode=sensed
         )
         s = WAIT_S - 30.5 - CAR.half_length
-        if watch.look(ramp, s, EgoSpeeds(4.0, TOP_MPS), comers((away_m, 7.0)), DT_S).wait_m is not None:
+        if watch.decide(ramp, s, EgoSpeeds(4.0, TOP_MPS), comers((away_m, 7.0)), DT_S).wait_m is not None:
             return away_m + 1.0
     raise AssertionError("it never waits")
 
 
-def test_by_sensors_a_gap_is_judged_until_the_ego_has_joined_even_at_the_end_of_a_long_ramp():
+def test_yield_sensor_mode_checks_gap_until_merged():
+    """In sensor mode, a gap is checked until the ego has merged, even at the end of a long ramp."""
     assert least_lead_m(sensed=True) > least_lead_m(sensed=False) + 5.0
 
 
 @pytest.mark.parametrize(
     "past_m, speed, stays", [(0.1, 1.2, True), (0.8, 0.0, True), (0.8, 3.0, False), (1.2, 0.5, False)]
 )
-def test_by_sensors_an_ego_that_gives_up_just_past_the_line_stays_there(past_m, speed, stays):
+def test_yield_sensor_mode_aborted_start_stays_near_line(past_m, speed, stays):
+    """In sensor mode, an ego that aborts its start just past the line stays there."""
     s = WAIT_S - CAR.half_length + past_m
     to_the_way_m = MEET_S - 2.0 - WAIT_S - past_m
     coming = comers((25.0, 8.0))
@@ -296,32 +316,37 @@ def test_by_sensors_an_ego_that_gives_up_just_past_the_line_stays_there(past_m, 
     )
 
 
-def test_by_sensors_who_follows_on_the_common_way_is_no_leader():
-    """It has joined before a car, and would brake to get behind it."""
+def test_yield_sensor_mode_follower_on_common_path_is_no_lead():
+    """In sensor mode, a follower on the common path is not a lead vehicle.
+
+    The ego has joined before a car, and would brake to get behind it.
+    """
     here = comers((0.0, 0.0))
     follower = replace(here, x=here.x + 3.0, y=np.zeros(1), yaw=np.zeros(1), vx=np.full(1, 10.0), vy=np.zeros(1))
     joining, s = JunctionConflicts(WAIT_S, (way(joins=True),)), MEET_S + 9.5
     told = [
-        look(follower, s=s, speed=9.0, watch=JunctionYield([joining], PROFILES["normal"], CAR, sensed=item))
+        look(follower, s=s, speed=9.0, watch=JunctionYield([joining], PROFILES["normal"], CAR, sensor_mode=item))
         for item in (True, False)
     ]
     assert told[0].leader is None and told[0].wait_m is None
     assert told[1].leader is not None and told[1].leader.gap_m < -2.0 * CAR.half_length, "with ground truth it is one"
 
 
-def test_by_sensors_an_ego_that_has_set_off_does_not_give_up_for_one_noisy_look():
+def test_yield_sensor_mode_noisy_tick_does_not_stop_going():
+    """In sensor mode, an ego that has set off does not stop for one noisy tick."""
     noisy_s = SETTLED_S - DT_S
     for watch, looks in (
         (sensed(), round(noisy_s / DT_S)),
         (JunctionYield([JunctionConflicts(WAIT_S, (way(),))], PROFILES["normal"], CAR), 0),
     ):
         look(comers(), watch=watch, speed=2.0)
-        assert watch.going
+        assert watch.has_started
         goes = [look(comers((21.0, 8.0)), watch=watch, speed=2.0).wait_m is None for _ in range(10)]
         assert goes == [True] * looks + [False] * (10 - looks)
 
 
-def test_by_sensors_an_ego_gives_up_only_for_a_new_vehicles_measured_speed():
+def test_yield_sensor_mode_new_vehicle_needs_measured_speed():
+    """In sensor mode, the ego stops for a new vehicle only when its speed is measured."""
     for going in (False, True):
         watch = sensed()
         for k in range(20):
@@ -329,15 +354,18 @@ def test_by_sensors_an_ego_gives_up_only_for_a_new_vehicles_measured_speed():
             look(passing, watch=watch, s=AT_THE_LINE - 20.0, speed=8.0)
         if going:
             look(comers(), watch=watch, speed=2.0)
-        assert watch.going is going
+        assert watch.has_started is going
         new = replace(comers((60.0, 8.0)), actor_id=(51,))
         waits = [look(new, watch=watch, speed=2.0).wait_m is not None for _ in range(5)]
         assert waits == [not going] * 5
 
 
 @pytest.mark.integration
-def test_by_sensors_it_goes_on_into_the_gap_that_it_took_after_a_long_wait():
-    """It needs some tenths of a second to set off: once, not once more at each look."""
+def test_yield_sensor_mode_goes_on_into_accepted_gap():
+    """In sensor mode, the ego goes on into the gap that it accepted after a long wait.
+
+    It needs some tenths of a second to set off: once, not again at each tick.
+    """
     watch = sensed()
     for _ in range(round(PATIENCE_S / DT_S)):
         assert look(comers((25.0, 8.0)), watch=watch).wait_m is not None
@@ -350,16 +378,17 @@ def test_by_sensors_it_goes_on_into_the_gap_that_it_took_after_a_long_wait():
     assert told == [None] * 60
 
 
-def test_by_sensors_an_ego_that_is_early_lets_one_pass_and_keeps_its_gap():
+def test_yield_sensor_mode_early_ego_keeps_its_gap():
+    """In sensor mode, an ego that is early lets one vehicle pass and keeps its gap."""
     watch, near = sensed(), MEET_S - 2.0 - CAR.half_length - 1.0
     for _ in range(5):
         look(comers((70.0, 10.0)), watch=watch, s=near)
     for _ in range(5):
         assert look(comers((4.5, 10.0), (60.0, 10.0)), watch=watch, s=near, speed=0.3).wait_m == pytest.approx(1.0)
-        assert watch.going
+        assert watch.has_started
     for _ in range(5):
         look(comers((4.5, 10.0), (20.0, 10.0)), watch=watch, s=near, speed=0.3)
-    assert not watch.going, "before the second one the gap is too short"
+    assert not watch.has_started, "before the second one the gap is too short"
 
 
 def _settles(watch, away_m):

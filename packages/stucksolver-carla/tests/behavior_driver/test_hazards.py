@@ -47,7 +47,8 @@ def test_what_stands_beside_the_path_never_counts(x, clearance, side):
 
 @settings(max_examples=60)
 @given(st.floats(6.0, 50.0), st.floats(-math.pi, math.pi), st.floats(-0.9, 0.9))
-def test_a_body_across_the_path_always_counts_and_the_gap_is_free(x, yaw, y):
+def test_hazard_across_path_always_counts(x, yaw, y):
+    """A body across the path always counts, and the gap to it is free."""
     (found,) = hazards(world_with("static.prop.a", x + 3.0, y, yaw, bounding_box=box(2.0, 0.5, 0.5)))
     farthest = x + 3.0 - HALF_SIZE_M[0]
     assert farthest - math.hypot(2.0, 0.5) - 0.6 < found.gap <= farthest
@@ -68,7 +69,7 @@ def test_what_has_no_body_does_not_count(type_id):
     assert hazards(world_with(type_id)) == []
 
 
-def test_a_flat_thing_does_not_count_but_one_of_unknown_size_does():
+def test_hazard_flat_object_is_ignored_and_unknown_size_counts():
     assert hazards(world_with("static.prop.flat", bounding_box=box(1.0, 1.0, 0.02))) == []
     assert len(hazards(world_with("static.prop.odd", bounding_box=box(0.0, 0.0, 0.0)))) == 1
     assert len(hazards(world_with("static.prop.odd", bounding_box=box(math.inf, 1.0, 1.0)))) == 1
@@ -84,7 +85,8 @@ def test_the_leader_is_known_with_its_speed_along_the_path():
     assert hazards(world_with(yaw=math.pi, speed=4.0))[0].speed == 0.0
 
 
-def test_a_walker_about_to_step_in_counts_and_one_walking_along_does_not():
+def test_hazard_pedestrian_entering_path_counts_and_alongside_does_not():
+    """A pedestrian about to step into the path counts; one that walks along it does not."""
     size = box(0.2, 0.2, 0.9)
     crossing = world_with("walker.pedestrian.1", 20.0, 3.0, -math.pi / 2, speed=1.4, bounding_box=size)
     along = world_with("walker.pedestrian.1", 20.0, 3.0, 0.0, speed=1.4, bounding_box=size)

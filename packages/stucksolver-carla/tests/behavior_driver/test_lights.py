@@ -38,7 +38,8 @@ def test_red_is_obeyed_wherever_the_car_can_stop(speed, front):
         assert distance == pytest.approx(100.0 - front)
 
 
-def test_yellow_is_obeyed_only_with_comfortable_braking_and_then_passed_even_if_it_turns_red():
+def test_light_yellow_stops_only_with_comfortable_braking():
+    """A yellow light stops the ego only with comfortable braking; later it is passed even if it turns red."""
     assert watch(YELLOW).distance_to_stop(60.0, 10.0, COMFORTABLE) == pytest.approx(40.0)
     late = watch(YELLOW)
     assert late.distance_to_stop(90.0, 10.0, COMFORTABLE) is None
@@ -46,7 +47,8 @@ def test_yellow_is_obeyed_only_with_comfortable_braking_and_then_passed_even_if_
     assert late.distance_to_stop(95.0, 10.0, COMFORTABLE) is None
 
 
-def test_who_was_stopped_before_the_line_after_all_obeys_the_red():
+def test_light_red_stops_ego_that_stopped_before_line():
+    """An ego that stopped before the line after all obeys the red light."""
     late = watch(YELLOW)
     assert late.distance_to_stop(90.0, 10.0, COMFORTABLE) is None
     late._lines[0].light.state = RED
@@ -58,7 +60,8 @@ def test_green_and_passed_lights_ask_for_nothing():
     assert watch(RED).distance_to_stop(101.5, 5.0, COMFORTABLE) is None
 
 
-def test_only_lights_across_the_route_in_its_direction_have_a_line_there():
+def test_stop_lines_lie_only_at_lights_of_route_direction():
+    """Only lights across the route in its direction have a stop line there."""
     path = make_path(np.arange(0.0, 100.0), np.zeros(100), np.full(100, 9.0))
     ours = light_at((40.0, 0.3, 0.0), (40.0, 3.5, 0.0))
     others = [light_at((40.0, 0.0, 180.0)), light_at((40.0, 3.5, 0.0)), light_at((140.0, 0.0, 0.0))]
@@ -74,7 +77,7 @@ def test_a_light_passed_twice_has_two_lines():
     assert [round(line.s) for line in lines] == [47, 236]
 
 
-def test_a_light_that_an_operator_has_released_is_not_stopped_for():
+def test_light_released_by_operator_does_not_stop():
     light = light_at(state=RED)
     light.id = 7
     watched = LightWatch([StopLine(light, 100.0)])

@@ -12,7 +12,7 @@ import pytest
 
 from carlette.maps import DEMO_TOWN
 from stucksolver_carla.drivers.behavior import RouteError, trace_route
-from stucksolver_carla.drivers.behavior.conflict_paths import MEETS_M, meetings
+from stucksolver_carla.drivers.behavior.conflict_paths import CONFLICT_M, junction_conflicts
 from stucksolver_carla.drivers.behavior.lane_graph import lane_graph
 from stucksolver_carla.drivers.behavior.route_line import route_path
 
@@ -29,7 +29,7 @@ def junctions():
         except RouteError:
             continue
         line = route_path(route)
-        found.append((route, line, meetings(route, line, lane_graph(town), [], [])))
+        found.append((route, line, junction_conflicts(route, line, lane_graph(town), [], [])))
     return found
 
 
@@ -42,11 +42,12 @@ def test_the_town_has_ways_that_cross_and_ways_that_join():
     assert {way.joins for _, _, way in all_ways()} == {True, False}
 
 
-def test_every_way_comes_near_the_route_where_it_is_said_to_and_not_before():
+def test_conflict_path_meets_route_at_its_stated_place():
+    """Each path comes near the route where it is stated to, and not before."""
     for line, _, way in all_ways():
         i = int(np.argmin(np.abs(way.s - way.meets_s)))
         away = np.hypot(line.x - way.x[i], line.y - way.y[i])
-        assert away.min() < MEETS_M + 0.5
+        assert away.min() < CONFLICT_M + 0.5
         assert way.route_meets_s <= way.route_parts_s and way.inside_s - 1.0 <= way.meets_s <= way.parts_s
 
 
@@ -54,7 +55,8 @@ def test_the_place_to_wait_lies_before_the_ways_meet():
     assert all(meeting.wait_s - 1.5 <= meeting.first_s for _, meeting, _ in all_ways())
 
 
-def test_no_way_leads_in_the_lane_by_which_the_route_comes():
+def test_conflict_path_never_uses_approach_lane_of_route():
+    """No path leads along the lane by which the route arrives."""
     for line, meeting, way in all_ways():
         x, y, yaw = line.at(np.array([meeting.wait_s - 5.0]))
         same = np.cos(way.yaw - yaw[0]) > 0.9
@@ -62,7 +64,7 @@ def test_no_way_leads_in_the_lane_by_which_the_route_comes():
         assert not (same & (away < 1.0) & (way.s < way.inside_s)).any()
 
 
-def test_a_left_turn_gives_way_to_those_who_come_straight_on():
+def test_left_turn_yields_to_through_traffic():
     left = [
         way
         for route, line, found in junctions()
@@ -76,7 +78,7 @@ def test_a_left_turn_gives_way_to_those_who_come_straight_on():
 def test_after_a_stop_sign_all_others_go_first():
     route, line, found = next(junction for junction in junctions() if junction[2])
     town = carla.Map("demo", DEMO_TOWN.read_text(encoding="utf-8"))
-    signed = meetings(route, line, lane_graph(town), [], [meeting.wait_s for meeting in found])
+    signed = junction_conflicts(route, line, lane_graph(town), [], [meeting.wait_s for meeting in found])
     assert all(way.goes_first for meeting in signed for way in meeting.ways)
 
 

@@ -49,7 +49,8 @@ def test_it_stops_behind_whatever_stands_in_its_lane_and_stays(avenue, blueprint
     assert np.diff(ticks.speed).min() / 0.05 > -4.05
 
 
-def test_a_car_parked_beside_the_lane_and_one_coming_towards_it_do_not_stop_it(street):
+def test_parked_or_oncoming_car_beside_lane_does_not_stop_driver(street):
+    """A car that is parked beside the lane and an oncoming car do not stop the driver."""
     car, driver = street.ego(5, 180, options=DriverOptions(ignore_traffic_lights=True))
     street.add("vehicle.audi.a2", 60, right=2.6)
     street.add("vehicle.audi.a2", 150, right=-3.5, turn=180.0, speed=8.0)
@@ -100,7 +101,8 @@ def test_it_stops_at_a_red_light_and_goes_at_green(demo_town, street):
 
 
 @pytest.mark.parametrize(("speed", "over"), [(3.5, 9.5), (2.0, 9.0)])
-def test_it_swings_out_round_an_obstacle_from_standstill_and_comes_back(avenue, speed, over):
+def test_driver_swings_out_from_standstill_and_returns(avenue, speed, over):
+    """The driver swings out around an obstacle from a standstill and returns."""
     car, driver = avenue.ego(30, 120)
     avenue.add("static.prop.container", 38)
     assert avenue.drive(car, driver, 2.0).speed.max() < 0.1
@@ -125,7 +127,8 @@ def test_a_lane_change_at_eight_metres_a_second_is_tracked(avenue):
     assert car.get_velocity().length() < 0.1
 
 
-def test_it_brakes_for_what_lies_in_a_given_path_but_not_for_what_is_beside_it(avenue):
+def test_given_path_object_in_it_stops_and_beside_does_not(avenue):
+    """The driver brakes for an object in a given path but not for one beside it."""
     car, driver = avenue.ego(5, 200)
     clear = car.bounding_box.extent.y + 0.35
     width = avenue.add("vehicle.audi.a2", 60).bounding_box.extent.y
@@ -147,7 +150,8 @@ def test_it_holds_until_released(avenue):
     assert driver.done()
 
 
-def test_it_backs_up_along_a_path_and_stops_for_what_stands_there(avenue):
+def test_given_path_in_reverse_is_driven_until_obstacle(avenue):
+    """The driver backs up along a path and stops for an object there."""
     car, driver = avenue.ego(40, 100)
     avenue.add("vehicle.audi.a2", 26)
     places = [avenue.place(40 - k).location for k in range(16)]
@@ -185,7 +189,8 @@ def _longest_of_some_routes(world):
     return car, driver
 
 
-def test_it_stops_for_what_lies_in_its_path_but_not_for_what_it_is_told_to_drive_over(avenue):
+def test_given_path_object_to_drive_over_does_not_stop(avenue):
+    """The driver stops for an object in its path but not for one that it may drive over."""
     car, driver = avenue.ego(5, 100)
     flat = avenue.add("static.prop.creasedbox01", 18)
     driver.follow(avenue.shifted(car, 0.0, 1.0, 30.0, 2.0))
@@ -196,7 +201,8 @@ def test_it_stops_for_what_lies_in_its_path_but_not_for_what_it_is_told_to_drive
     assert ticks.speed[-1] > 1.0
 
 
-def test_told_not_to_heed_on_a_path_it_runs_into_what_stands_there_and_heeds_again_on_its_route(avenue):
+def test_given_path_without_hazard_check_ignores_obstacle(avenue):
+    """Without hazard checks on a path, the driver hits an obstacle; on its route it checks again."""
     car, driver = avenue.ego(5, 100, options=DriverOptions(heeds_on_path=False))
     parked = avenue.add("vehicle.audi.a2", 30)
     driver.follow(avenue.shifted(car, 0.0, 1.0, 40.0, 4.0))

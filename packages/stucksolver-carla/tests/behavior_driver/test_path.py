@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from stucksolver_carla.drivers.behavior import DrivePoint
 from stucksolver_carla.drivers.behavior.path import PlanarPose, limited_speed, make_path
-from stucksolver_carla.drivers.behavior.route_line import given_path, rejoining_length, rejoining_path
+from stucksolver_carla.drivers.behavior.route_line import path_from_points, rejoining_length, rejoining_path
 
 RADII = st.floats(6.0, 200.0) | st.floats(-200.0, -6.0)
 LARGE_RADII = st.floats(9.0, 200.0) | st.floats(-200.0, -9.0)
@@ -54,7 +54,7 @@ def test_a_limited_speed_keeps_the_bound_and_the_deceleration(bounds, decelerati
 
 @settings(max_examples=50)
 @given(st.floats(-3.5, 3.5), st.floats(0.0, 10.0))
-def test_the_way_back_starts_at_the_ego_and_ends_on_the_route(lateral, speed):
+def test_rejoining_path_starts_at_ego_and_ends_on_route(lateral, speed):
     route = make_path(np.arange(0.0, 120.0), np.zeros(120), np.full(120, 10.0))
     back = rejoining_path(route, 20.0, lateral, rejoining_length(lateral, speed))
     assert (back.x[0], back.y[0]) == pytest.approx((20.0, lateral), abs=0.3)
@@ -62,7 +62,7 @@ def test_the_way_back_starts_at_the_ego_and_ends_on_the_route(lateral, speed):
     assert np.all(np.abs(back.curvature) < 0.2)
 
 
-def test_a_path_that_passes_a_place_twice_is_followed_in_order():
+def test_path_passing_place_twice_is_followed_in_order():
     there, back = np.arange(0.0, 50.0), np.arange(50.0, 0.0, -1.0)
     path = make_path(np.concatenate([there, back]), np.zeros(100), np.full(100, 5.0))
     assert path.project(PlanarPose(20.0, 0.0, 0.0)).s == pytest.approx(20.0, abs=0.3)
@@ -78,6 +78,6 @@ def test_a_path_that_passes_a_place_twice_is_followed_in_order():
         ([DrivePoint(0, 0, 0), DrivePoint(5, 0, 3)], "use hold"),
     ],
 )
-def test_a_path_that_cannot_be_driven_is_refused_with_the_reason(points, told):
+def test_given_path_not_drivable_is_rejected_with_reason(points, told):
     with pytest.raises(ValueError, match=told):
-        given_path(points, 0.0)
+        path_from_points(points, 0.0)

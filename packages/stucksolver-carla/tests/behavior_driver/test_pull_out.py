@@ -11,7 +11,7 @@ from stucksolver_carla.drivers.behavior.nearby_objects import NearbyObjects
 from stucksolver_carla.drivers.behavior.path import PlanarPose, make_path
 from stucksolver_carla.drivers.behavior.pull_out import (
     GAP_S,
-    LEAST_GAP_S,
+    MIN_GAP_S,
     accepted_gap_s,
     find_pull_out_path,
     is_traffic_approaching,
@@ -55,7 +55,8 @@ def back_after_m(way):
     return float(way.x[np.flatnonzero(np.abs(way.y) > 0.02)[-1]]) - AT_M
 
 
-def test_with_nothing_ahead_the_way_is_gentle_and_close_behind_a_parked_car_it_is_tight():
+def test_pull_out_path_is_tight_only_behind_parked_car():
+    """Without a vehicle ahead, the path is gentle; close behind a parked car, it is tight."""
     gentle, free = way_out(cars())
     _, tight = way_out(cars((AT_M + 9.0, BESIDE_M, 0.0)))
     assert back_after_m(free) == pytest.approx(gentle, abs=1.5)
@@ -75,7 +76,8 @@ def test_whoever_comes_within_the_time_gap_is_waited_for(speed):
     assert not is_traffic_approaching(LANE, AT_M, 0.0, far, CAR)
 
 
-def test_who_is_abreast_is_waited_for_and_who_has_passed_stands_further_back_or_drives_elsewhere_is_not():
+def test_pull_out_waits_only_for_vehicle_alongside():
+    """A vehicle alongside is waited for. One that has passed, stopped farther back or drives elsewhere is not."""
     assert is_traffic_approaching(LANE, AT_M, 0.0, cars((AT_M + 3.0, 0.0, 6.0)), CAR)
     assert is_traffic_approaching(LANE, AT_M, 0.0, cars((AT_M, 0.0, 0.0)), CAR)
     elsewhere = cars((AT_M + 20.0, 0.0, 6.0), (AT_M - 10.0, 0.0, 0.0), (AT_M - 10.0, -3.5, 9.0))
@@ -90,13 +92,15 @@ def test_at_speed_only_who_is_quicker_is_waited_for():
 
 def test_whoever_has_waited_long_takes_a_smaller_gap():
     gaps = [accepted_gap_s(waited) for waited in (0.0, 5.0, 15.0, 60.0)]
-    assert gaps[0] == GAP_S and gaps[-1] == LEAST_GAP_S and gaps == sorted(gaps, reverse=True)
+    assert gaps[0] == GAP_S and gaps[-1] == MIN_GAP_S and gaps == sorted(gaps, reverse=True)
     close = cars((AT_M - 2.45 - 2.3 - 15.0, 0.0, 9.0))
     assert is_traffic_approaching(LANE, AT_M, 0.0, close, CAR, gaps[0])
     assert not is_traffic_approaching(LANE, AT_M, 0.0, close, CAR, gaps[-1])
 
 
-def test_with_a_wider_margin_the_way_round_what_stands_ahead_is_tighter_or_there_is_none():
+def test_pull_out_wider_margin_makes_path_tighter_or_none():
+    """With a wider margin, the path around a vehicle ahead is tighter, or there is none."""
+
     def way(away_m, margin_m):
         gentle = rejoining_length(BESIDE_M, 0.0)
         ways = partial(rejoining_path, LANE, AT_M, BESIDE_M)

@@ -47,7 +47,7 @@ def check_route(carla_map, start, end):
 
 @pytest.mark.integration
 @pytest.mark.parametrize("name", TOWNS)
-def test_any_two_places_of_a_town_are_joined_by_a_continuous_route(town, name):
+def test_route_between_any_two_places_is_continuous(town, name):
     carla_map = town(name)
     for start, end in drivable_pairs(carla_map, 12):
         check_route(carla_map, start, end)
@@ -83,7 +83,7 @@ def test_a_route_changes_lane_once_where_the_marking_permits(from_lane, to_lane,
     assert route[30].waypoint.lane_id == to_lane
 
 
-def test_without_a_route_the_error_names_both_ends_and_a_remedy():
+def test_route_not_found_error_names_both_ends_and_remedy():
     with pytest.raises(RouteError, match=r"\(200\.0, 1\.8\).*\(10\.0, 1\.8\).*choose a destination"):
         trace_route(straight_road(), place(200.0, LANE_Y[-1]), place(10.0, LANE_Y[-1]))
 

@@ -12,7 +12,7 @@ from behavior_driver.test_give_way import AT_THE_LINE, CAR, DT_S, LINE, WAIT_S, 
 from stucksolver_carla.drivers.behavior import BehaviorDriver, DriverOptions
 from stucksolver_carla.drivers.behavior.acceleration_limits import USUAL, AccelerationLimits
 from stucksolver_carla.drivers.behavior.conflict_paths import JunctionConflicts
-from stucksolver_carla.drivers.behavior.flow_speed import LOST_S, PacedAccelerationLimits
+from stucksolver_carla.drivers.behavior.flow_speed import TRACK_LOSS_S, PacedAccelerationLimits
 from stucksolver_carla.drivers.behavior.junction_yield import EgoSpeeds, JunctionYield
 from stucksolver_carla.drivers.behavior.local_planner import LocalPlanner
 from stucksolver_carla.drivers.behavior.profiles import PROFILES
@@ -39,7 +39,8 @@ def top_speed(behind_mps, sensed=True):
     return fastest, nearest_m
 
 
-def test_who_comes_from_behind_much_faster_than_the_limit_does_not_run_into_the_ego():
+def test_driver_fast_traffic_from_behind_does_not_hit_ego():
+    """Traffic from behind, much faster than the limit, does not run into the ego."""
     fastest, nearest_m = top_speed(13.0)
     assert fastest == pytest.approx(13.0, abs=1.0)
     assert nearest_m > 7.0
@@ -51,16 +52,18 @@ def test_otherwise_it_keeps_to_its_limit(behind_mps, sensed):
 
 
 @pytest.mark.parametrize(("pace", "sensed", "flow"), [(16.0, True, 16.0), (8.5, True, 0.0), (16.0, False, 0.0)])
-def test_a_stream_is_joined_at_its_pace_if_that_is_much_faster(pace, sensed, flow):
-    watch = JunctionYield([JunctionConflicts(WAIT_S, (way(joins=True),))], PROFILES["normal"], CAR, sensed=sensed)
-    watch.look(LINE, AT_THE_LINE, EgoSpeeds(0.0, LIMITED_MPS), comers((10.0, pace)), DT_S)
+def test_yield_sensor_mode_much_faster_flow_sets_speed(pace, sensed, flow):
+    """In sensor mode, a flow that is much faster than the limit is joined at its speed."""
+    watch = JunctionYield([JunctionConflicts(WAIT_S, (way(joins=True),))], PROFILES["normal"], CAR, sensor_mode=sensed)
+    watch.decide(LINE, AT_THE_LINE, EgoSpeeds(0.0, LIMITED_MPS), comers((10.0, pace)), DT_S)
     assert watch.flow_mps == flow
 
 
 @pytest.mark.parametrize(
     ("kind", "least_m", "most_m"), [(PacedAccelerationLimits, 0.1, 0.3), (AccelerationLimits, 0.5, 1.0)]
 )
-def test_by_sensors_a_start_that_is_given_up_ends_before_the_nose_is_in_the_way(kind, least_m, most_m):
+def test_wait_aborted_start_ends_before_front_is_in_path(kind, least_m, most_m):
+    """In sensor mode, an aborted start ends before the front is in the path."""
     profile = PROFILES["normal"]
     concerns = kind(profile, DriverOptions(), CAR, LocalPlanner(profile.lateral_accel, profile.deceleration))
     speed, gone_m = 1.0, 0.0
@@ -82,17 +85,19 @@ def in_a_stream(behind_mps=13.0, later_s=0.0):
 
 
 @pytest.mark.parametrize("seen_mps", [13.0, 11.5], ids=["at its pace", "measured too low"])
-def test_who_is_followed_in_a_stream_does_not_fall_back_behind_its_leader(seen_mps):
+def test_hazard_lead_in_flow_does_not_slow_ego(seen_mps):
+    """In a traffic flow, the ego does not fall back behind its lead vehicle."""
     assert in_a_stream().hazard(Hazard(1, 9.0, seen_mps, False), 12.8) >= 0.0
     assert in_a_stream(0.0).hazard(Hazard(1, 9.0, seen_mps, False), 12.8) < -1.0
 
 
 @pytest.mark.parametrize(("gap_m", "seen_mps"), [(4.0, 12.5), (9.0, 9.0)], ids=["too near", "surely slower"])
-def test_behind_a_leader_that_is_near_or_brakes_it_falls_back_all_the_same(gap_m, seen_mps):
+def test_hazard_near_or_braking_lead_in_flow_slows_ego(gap_m, seen_mps):
+    """Behind a lead vehicle that is near or brakes, the ego falls back nevertheless."""
     assert in_a_stream().hazard(Hazard(1, gap_m, seen_mps, False), 12.8) < -1.0
 
 
-@pytest.mark.parametrize(("later_s", "kept"), [(LOST_S / 2, True), (LOST_S + 0.1, False)])
+@pytest.mark.parametrize(("later_s", "kept"), [(TRACK_LOSS_S / 2, True), (TRACK_LOSS_S + 0.1, False)])
 def test_a_follower_may_be_lost_for_a_moment(later_s, kept):
     concerns = in_a_stream(later_s=later_s)
     assert (concerns.hazard(Hazard(1, 9.0, 13.0, False), 12.8) >= 0.0) is kept

@@ -19,7 +19,7 @@ def scripted(folder: Path, answers: list, end: str | list) -> str:
     program = folder / "scripted"
     # It finds the modules that this process has, wherever they are.
     found = [str(Path(__file__).parent), str(Path(stucksolver_bridge.__file__).parents[1])]
-    program.write_text(f"#!{sys.executable}\nimport sys\nsys.path[:0] = {found!r}\n")
+    program.write_text(f"#!{sys.executable}\nimport sys\nsys.path[:0] = {found!r}\n", encoding="utf-8")
     with program.open("a") as file:
         file.write(f"import scripted\nscripted.serve({json.dumps(json.dumps(answers))}, {end!r})\n")
     program.chmod(program.stat().st_mode | stat.S_IXUSR)

@@ -74,7 +74,8 @@ def test_whatever_is_said_something_can_be_performed(form):
         assert due["kind"] in ("continue", "execute", "replan", "safe_stop")
 
 
-def test_the_same_as_before_renews_and_what_has_expired_must_be_said_again():
+def test_json_lease_unchanged_answer_renews_and_expired_needs_directive():
+    """An unchanged answer renews the lease; after its expiry, the directive must be sent again."""
     held, order = bridge.JsonLease(), {"kind": "execute", "path": [{"x_m": 0.0, "y_m": 0.0, "speed_mps": 1.0}] * 2}
     held.renew(order)
     for _ in range(50):

@@ -24,7 +24,8 @@ def box(x, y, z=0.5, length=4.0, width=2.0, yaw=0.0, name=7):
 
 @pytest.mark.integration
 @given(x=st.floats(6, 40))
-def test_the_free_way_ends_a_step_or_less_before_the_bumpers_touch(x):
+def test_free_way_ends_within_step_before_bumper_contact(x):
+    """The free distance ends a step or less before the bumpers touch."""
     gap = x - 2.0 - CAR[0]
     assert gap - STEP_M <= free_way_m(AHEAD, 0.0, 50.0, CAR, 0.0, [box(x, 0.0)]) <= gap + 1e-6
 
@@ -38,7 +39,8 @@ def test_what_is_not_in_the_way_leaves_it_free(thing):
     assert free_way_m(AHEAD, 0.0, 40.0, CAR, 0.0, [thing]) == math.inf
 
 
-def test_what_the_path_leads_over_on_purpose_does_not_stop_it():
+def test_free_way_ignores_object_to_drive_over():
+    """An object that the path leads over on purpose does not end the free distance."""
     assert free_way_m(AHEAD, 0.0, 40.0, CAR, 0.0, [box(20.0, 0.0, name=3)], ignore=(3,)) == math.inf
 
 

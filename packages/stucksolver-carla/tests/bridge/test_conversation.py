@@ -136,7 +136,8 @@ def ticks(clock, talk, count, **more):
     return answers, longest
 
 
-def test_a_silent_solver_costs_half_a_tick_once_and_nothing_after(other, clock):
+def test_live_silent_solver_costs_half_a_tick_once(other, clock):
+    """A silent solver costs half a tick once, and nothing after that."""
     answers, longest = ticks(clock, live(other), 200)
     assert set(answers) == {None}
     assert longest <= TICK_S / 2 + 1e-3
@@ -185,7 +186,7 @@ def test_what_the_solver_asks_for_late_is_given_then(other, clock):
     assert ticks(clock, talk, 1)[0] == [{}]
 
 
-def test_words_said_while_it_thinks_are_told_with_the_next_tick(other, clock):
+def test_live_utterance_during_query_is_sent_with_next_tick(other, clock):
     talk = live(other)
     ticks(clock, talk, 1, say="one")
     ticks(clock, talk, 1, say="two")
@@ -247,7 +248,7 @@ def test_an_other_side_that_takes_nothing_holds_no_tick_up(other, clock):
 @pytest.mark.parametrize("need", ["password", 7, None, ["scene"], {}])
 def test_what_it_cannot_have_is_a_fault(other, clock, need):
     other.later = [(clock.now_s + 1e-3, framed({"need": need, "number": 1}))]
-    with pytest.raises(WireError, match="asks for"):
+    with pytest.raises(WireError, match="requests"):
         live(other).step({}, str)
 
 
@@ -308,8 +309,11 @@ def test_step_need_of_another_tick_is_given_nothing(other, clock):
 
 
 @pytest.mark.parametrize("message", [{}, {"number": 1}, {"number": 99}, {"need": "scene"}, {"directive": 3}])
-def test_step_flood_is_read_to_a_bound_and_then_a_fault(other, clock, message):
-    """A solver that pours out messages fails: no tick reads more than a hundred."""
+def test_step_flood_is_read_to_limit_then_fault(other, clock, message):
+    """A flood of messages is read up to a limit and is then a fault.
+
+    A solver that sends a flood of messages fails: no tick reads more than a hundred.
+    """
     talk = live(other)
     talk.step({}, str)
     other.says({})

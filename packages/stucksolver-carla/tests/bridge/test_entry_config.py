@@ -13,11 +13,12 @@ from stucksolver_bridge.guidance_script import GuidancePlayer
 
 def written(tmp_path, content):
     path = tmp_path / "config.json"
-    path.write_text(content if isinstance(content, str) else json.dumps(content))
+    path.write_text(content if isinstance(content, str) else json.dumps(content), encoding="utf-8")
     return path
 
 
-def test_the_evaluator_gives_the_file_and_the_names_of_all_routes_so_far(tmp_path):
+def test_read_config_takes_file_and_last_route_name(tmp_path):
+    """The evaluator passes the file and the names of all routes up to the present one."""
     path = written(tmp_path, {"recovery": "rules", "python": sys.executable})
     config, name = read_config(f"{path}+RouteScenario_1_rep0_Town01+RouteScenario_2_rep0_Town02")
     assert name == "RouteScenario_2_rep0_Town02"
@@ -42,22 +43,22 @@ def test_the_path_may_have_plus_signs(tmp_path):
         ("[]", "an object"),
         ({"recover": "rules"}, "unknown field 'recover'"),
         ({"obstacles": "yes"}, "obstacles must be true or false"),
-        ({"behavior": 3}, "behavior must be a text"),
+        ({"behavior": 3}, "behavior must be a string"),
         ({"answer_limit_s": "long"}, "answer_limit_s must be a number of seconds above 0"),
         ({"answer_limit_s": 0}, "answer_limit_s must be a number of seconds above 0"),
-        ({"recovery": "rules"}, "needs the field 'python'"),
-        ({"recovery": "rules", "python": "/no/python"}, "'/no/python' cannot be run"),
+        ({"recovery": "rules"}, "requires the field 'python'"),
+        ({"recovery": "rules", "python": "/no/python"}, "'/no/python' is not an executable file"),
         ({"perception": "lidar"}, "unknown perception 'lidar'; use privileged or sensors"),
         ({"perception": "sensors"}, "set 'driver' to 'planner'"),
-        ({"perception": "sensors", "driver": "planner"}, "needs the field 'python'"),
+        ({"perception": "sensors", "driver": "planner"}, "requires the field 'python'"),
         ({"perception": "sensors", "driver": "planner", "sensors": False}, "leave 'sensors' at true"),
         (
             {"perception": "sensors", "driver": "planner", "recovery": "timers"},
-            "'timers' does not work with perception",
+            "'timers' is not available with perception",
         ),
         (
             {"perception": "sensors", "driver": "planner", "python": sys.executable, "rig": "/no/rig.toml"},
-            "'/no/rig.toml' is not a file; give the calibration",
+            "rig file not found: '/no/rig.toml'; give the calibration",
         ),
         ({"rig": "rig.toml"}, "leave it out, or set perception"),
     ],
@@ -72,7 +73,8 @@ def test_a_file_that_is_not_there_is_named(tmp_path):
         read_config(str(tmp_path / "nothing.json"))
 
 
-def test_lines_of_a_guidance_script_are_said_once_when_their_time_has_come(tmp_path):
+def test_guidance_player_plays_each_line_once_when_due(tmp_path):
+    """The lines of a guidance script are played once, at their time."""
     lines = [
         {"when": {"stopped_s": 6}, "say": ["please overtake them", "go round"]},
         {"when": {"place_m": 50}, "say": ["slower"]},

@@ -61,7 +61,7 @@ def drive(client, tmp_path, monkeypatch):
         found = entry_class(monkeypatch) if entry is None else entry
         path = tmp_path / "config.json"
         given = {"perception": "sensors", "driver": "planner", "python": sys.executable, "events": str(tmp_path)}
-        path.write_text(json.dumps({**given, **config}))
+        path.write_text(json.dumps({**given, **config}), encoding="utf-8")
         agent = LeaderboardAgent(found, str(path), client, ego, world.get_map())
         made.append(agent)
         route = [RoutePoint(lane if m == 0 else lane.next(float(m))[0], "lane_follow") for m in range(ROUTE_M)]
@@ -75,14 +75,15 @@ def drive(client, tmp_path, monkeypatch):
     world.tick()
 
 
-def _end(one):
+def _end(owner):
     """Of an agent or an actor."""
-    one.close() if isinstance(one, LeaderboardAgent) else one.destroy()
+    owner.close() if isinstance(owner, LeaderboardAgent) else owner.destroy()
 
 
 @pytest.mark.release
 @pytest.mark.slow
-def test_it_sees_a_car_that_stands_in_its_lane_goes_round_it_and_touches_nothing(client, drive, tmp_path):
+def test_entry_sensor_mode_passes_stopped_car_without_contact(client, drive, tmp_path):
+    """In sensor mode, the entry passes a car that has stopped in its lane, without contact."""
     world = client.get_world()
     agent, ego, bumps = drive(recovery="rules")
     begin = ego.get_location()
@@ -93,7 +94,7 @@ def test_it_sees_a_car_that_stands_in_its_lane_goes_round_it_and_touches_nothing
             break
     assert begin.distance(ego.get_location()) > STOPPED_M + PAST_M
     assert not bumps
-    first = json.loads((tmp_path / "route.jsonl").read_text().splitlines()[0])
+    first = json.loads((tmp_path / "route.jsonl").read_text(encoding="utf-8").splitlines()[0])
     assert first["perception"] == "sensors"
 
 
@@ -113,12 +114,13 @@ class SmallPictures:
 
 
 @pytest.mark.slow
-def test_what_does_not_fit_ends_the_drive_with_one_clear_line_before_anybody_has_moved(drive, monkeypatch, tmp_path):
+def test_entry_sensor_mismatch_ends_run_with_one_line(drive, monkeypatch, tmp_path):
+    """Sensors that do not fit end the run with one clear line before any vehicle has moved."""
     usual = entry_class(monkeypatch)
     with pytest.raises(SolverError, match=r"declares 0 sensors of type sensor\.lidar\.ray_cast"):
         drive(type("Entry", (NoLidar, usual), {}))
     bad = tmp_path / "rig.toml"
-    bad.write_text(SHIPPED.read_text().replace("version = 1", "version = 9", 1))
+    bad.write_text(SHIPPED.read_text(encoding="utf-8").replace("version = 1", "version = 9", 1), encoding="utf-8")
     with pytest.raises(SolverError, match=r"rig\.toml: version 9"):
         drive(usual, rig=str(bad))
     agent, _, _ = drive(type("Entry", (SmallPictures, usual), {}))

@@ -23,12 +23,12 @@ def test_a_path_needs_two_points_at_different_places():
 
 
 @given(s=st.floats(-5, 25), beside=st.floats(-3, 3))
-def test_a_point_beside_a_straight_path_is_found_at_its_arc_length(s, beside):
+def test_project_point_beside_straight_path_keeps_arc_length(s, beside):
     assert STRAIGHT.project(s, beside, min(max(s, 0.0), 20.0)) == pytest.approx(max(s, 0.0))
 
 
 @given(points=st.lists(st.tuples(places, places), min_size=2, max_size=8, unique=True), part=st.floats(0, 1))
-def test_every_point_of_a_path_lies_where_its_arc_length_says(points, part):
+def test_path_line_point_lies_at_its_arc_length(points, part):
     steps = [math.dist(a, b) for a, b in itertools.pairwise(points)]
     if min(steps) < 0.01:
         return

@@ -17,8 +17,9 @@ EVALUATORS = {"carla", "agents", "leaderboard", "srunner"}
 
 
 @pytest.mark.parametrize("path", FILES, ids=[str(p.relative_to(FOLDER)) for p in FILES])
-def test_a_file_has_the_grammar_of_python_3_7_and_imports_the_standard_library_alone(path):
-    tree = ast.parse(path.read_text(), feature_version=(3, 7))
+def test_bridge_files_parse_as_python_3_7_with_standard_library(path):
+    """A file has the grammar of Python 3.7 and imports only the standard library."""
+    tree = ast.parse(path.read_text(encoding="utf-8"), feature_version=(3, 7))
     allowed = set(sys.stdlib_module_names) | {"stucksolver_bridge"}
     if path.parent.name == "leaderboard":
         allowed |= EVALUATORS
@@ -30,7 +31,7 @@ def test_a_file_has_the_grammar_of_python_3_7_and_imports_the_standard_library_a
 
 @pytest.mark.parametrize("path", FILES, ids=[str(p.relative_to(FOLDER)) for p in FILES])
 def test_annotations_are_not_evaluated_where_old_pythons_could_not(path):
-    tree = ast.parse(path.read_text())
+    tree = ast.parse(path.read_text(encoding="utf-8"))
     annotated = any(isinstance(node, ast.AnnAssign) or getattr(node, "annotation", None) for node in ast.walk(tree))
     futures = [n for n in tree.body if isinstance(n, ast.ImportFrom) and n.module == "__future__"]
     assert futures or not annotated

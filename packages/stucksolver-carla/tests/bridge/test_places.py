@@ -77,7 +77,7 @@ def test_a_route_to_the_end_of_a_road_is_driven(town, helped):
     assert all(waypoint is not None for waypoint, _ in (first, second))
 
 
-def test_a_route_of_which_nothing_is_known_leaves_the_present_one(helped):
+def test_route_of_unknown_places_keeps_present_route(helped):
     helped.solver.answers.append({"orders": [["route", [[10_000, -1, 0.0, "left"]]]]})
     assert helped.run_step() == "control"
     assert helped._driver.plans == []

@@ -32,7 +32,8 @@ def solver():
     started.close()
 
 
-def test_a_stack_that_speaks_the_forms_is_told_to_drive_around_a_parked_car_and_comes_by(solver):
+def test_process_stack_in_json_passes_parked_car(solver):
+    """A stack that speaks the JSON forms gets directives to pass a parked car, and passes it."""
     street = Street()
     kinds = set()
     while street.x < 120.0 and street.time_s < LIMIT_S:
@@ -54,7 +55,7 @@ def test_nothing_is_asked_for_while_the_vehicle_goes(solver):
 
 
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM])
-def test_a_solver_that_is_killed_is_noticed_on_the_next_tick(solver, number):
+def test_process_killed_solver_is_detected_on_next_tick(solver, number):
     street = Street()
     assert solver.step({"status": street.status()}, street.give) is not None
     os.kill(solver.process.pid, number)
@@ -90,9 +91,9 @@ def test_step_status_field_wrong_is_one_event_over_the_link(solver, field, value
 
 
 @pytest.mark.parametrize("status", [None, {"time_s": 0.0, "wheels": 4}], ids=str)
-def test_step_no_status_at_all_ends_the_solver_with_one_line(solver, status, capfd):
+def test_step_without_status_ends_solver_with_one_line(solver, status, capfd):
     assert solver.step({"status": status}, lambda what: None) is None
-    assert not solver.alive and "cannot be used" in solver.fault
+    assert not solver.alive and "invalid status" in solver.fault
     said = capfd.readouterr().err
     assert said.count("drives by itself") == 1 and "Traceback" not in said
 
@@ -128,7 +129,8 @@ def test_the_solver_ends_when_the_stack_does():
     assert _gone(int(said.stdout))
 
 
-def test_a_stack_that_ends_in_the_middle_of_a_plan_leaves_a_whole_record_and_one_that_dies_a_broken_one(tmp_path):
+def test_record_is_complete_after_close_and_truncated_after_death(tmp_path):
+    """A stack that closes during a plan leaves a complete record; one that dies leaves a truncated one."""
     ended = {}
     for how in ("close", "die"):
         settings = {**SETTINGS, "record": str(tmp_path / how)}
@@ -151,17 +153,17 @@ def test_a_stack_that_ends_in_the_middle_of_a_plan_leaves_a_whole_record_and_one
     ("settings", "named"),
     [({"ladder": "of_hope"}, "of_hope"), ({"speed": 9}, "speed")],
 )
-def test_settings_that_cannot_be_used_are_an_error_that_names_them(settings, named):
+def test_process_invalid_settings_raise_error_with_name(settings, named):
     with pytest.raises(SolverError, match=named):
         SolverProcess(sys.executable, {"settings": settings})
 
 
-def test_a_python_that_is_not_there_is_an_error_that_names_it():
+def test_process_missing_python_raises_error_with_path():
     with pytest.raises(SolverError, match="/no/python"):
         SolverProcess("/no/python", {"settings": SETTINGS})
 
 
-def test_half_a_message_a_huge_one_and_noise_are_faults_of_the_wire():
+def test_wire_partial_oversized_or_garbage_message_is_fault():
     for sent in (b"\x00\x00", struct.pack(">I", 1 << 31), struct.pack(">I", 3) + b"abc", struct.pack(">I", 1) + b"7"):
         ours, theirs = socket.socketpair()
         theirs.sendall(sent)
@@ -172,7 +174,8 @@ def test_half_a_message_a_huge_one_and_noise_are_faults_of_the_wire():
 
 
 @pytest.mark.slow
-def test_a_stack_of_ones_own_stops_when_the_solver_is_stopped_and_goes_on_with_it(solver):
+def test_lease_of_user_stack_stops_and_resumes_with_solver(solver):
+    """A user's own stack stops when the solver is paused and goes on when the solver does."""
     solver.close()
     live = SolverProcess(sys.executable, {"settings": {**SETTINGS, "clock": "wall"}})
     street, lease, stopped = Street(), JsonLease(), 0
@@ -217,7 +220,7 @@ def _gone(pid):
     return False
 
 
-def test_an_answer_costs_simulated_time_by_the_clock_that_is_asked_for():
+def test_process_answer_costs_simulated_time_of_its_clock():
     started = {}
     for clock in ("lockstep", "latency:2.8"):
         solver, street = SolverProcess(sys.executable, {"settings": {**SETTINGS, "clock": clock}}), Street()

@@ -97,7 +97,7 @@ def sides(declared):
     facts.close()
 
 
-def test_what_arrives_is_what_was_given_in_the_vehicles_own_frame(both):
+def test_reader_data_arrive_unchanged_in_vehicle_frame(both):
     _, facts, reader = both
     given = data()
     facts.take_in(given)
@@ -114,7 +114,8 @@ def test_what_arrives_is_what_was_given_in_the_vehicles_own_frame(both):
     assert read.silent == ()
 
 
-def test_the_picture_to_the_rear_is_its_own_whichever_camera_is_declared_first():
+def test_reader_rear_image_is_independent_of_declaration_order():
+    """The rear image is that of the rear camera, whichever camera is declared first."""
     behind = RANDOM.integers(0, 255, (450, 800, 4), np.uint8)
     for declared in ([*DECLARED, BACK], [BACK, *DECLARED]):
         with sides(declared) as (_, facts, reader):
@@ -129,7 +130,7 @@ def test_the_picture_to_the_rear_is_its_own_whichever_camera_is_declared_first()
             assert read.rear is None and read.picture is not None
 
 
-def test_without_a_camera_to_the_rear_there_is_no_picture_of_it(both):
+def test_reader_without_rear_camera_has_no_rear_image(both):
     _, facts, reader = both
     facts.take_in(data())
     assert reader.read().rear is None
@@ -157,7 +158,8 @@ def test_of_two_ticks_between_two_questions_the_older_is_dropped(both):
     assert np.array_equal(reader.read().picture.rgb, newest["CAM"][1][:, :, 2::-1])
 
 
-def test_a_picture_is_taken_five_times_a_second_and_a_sweep_on_each_tick(both):
+def test_reader_takes_image_at_5_hz_and_sweep_each_tick(both):
+    """An image is taken five times a second, and a sweep on each tick."""
     vehicle, facts, reader = both
     found = []
     for tick in range(9):

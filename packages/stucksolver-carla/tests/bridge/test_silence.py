@@ -91,20 +91,21 @@ def made(tmp_path, monkeypatch):
         item.close()
 
 
-def steps(one, count):
+def steps(agent, count):
     """Runs the control loop; a live one has the time to hear an answer."""
     for _ in range(count):
-        assert one.run_step() == "control"
-        if one.solver.live:
-            one.solver.process.poll()
+        assert agent.run_step() == "control"
+        if agent.solver.live:
+            agent.solver.process.poll()
 
 
 @pytest.mark.parametrize("end", ["silent", "trickles"])
-def test_a_path_is_stopped_on_in_silence_and_then_the_driver_drives_itself(made, end):
+def test_silence_stops_on_path_then_driver_takes_over(made, end):
+    """Without answers, the ego stops on its path; then the driver drives by itself."""
     one = made(LIVE, [DRIVE], end, tick_s=20.0)
     steps(one, 1)
     assert one._driver.told == ["follow"]
-    one.solver._conversation._wait_s = 0.001
+    one.solver._exchange._wait_s = 0.001
     steps(one, EXPIRES_TICKS - 1)
     assert one._driver.told == ["follow"], "good for so long"
     steps(one, 1)
@@ -122,7 +123,7 @@ def test_run_step_answers_to_other_ticks_renew_no_lease(made, end, capfd):
     one = made(LIVE, [DRIVE], end, tick_s=20.0)
     steps(one, 1)
     assert one._driver.told == ["follow"]
-    one.solver._conversation._wait_s = 0.01
+    one.solver._exchange._wait_s = 0.01
     steps(one, EXPIRES_TICKS)
     assert one._driver.told == ["follow", ("hold", None)], "at the latest when the order has expired"
     steps(one, 60)
@@ -144,7 +145,7 @@ def test_run_step_doubled_answers_are_used_once_and_silence_expires(made):
     one = made(LIVE, [DRIVE], "doubles", tick_s=20.0)
     steps(one, 31)
     assert one._driver.told == ["follow"] and one.solver.alive
-    one.solver._conversation._wait_s = 0.01
+    one.solver._exchange._wait_s = 0.01
     steps(one, EXPIRES_TICKS + 1)
     assert one._driver.told == ["follow", ("hold", None)]
 
@@ -173,7 +174,7 @@ def test_a_solver_that_is_gone_is_not_waited_for(made, clock, end, capfd):
 def test_past_the_commit_point_the_path_is_finished(made, end):
     one = made(LIVE, [COMMITTED], end, tick_s=20.0)
     steps(one, 1)
-    one.solver._conversation._wait_s = 0.001 if end == "silent" else 10.0
+    one.solver._exchange._wait_s = 0.001 if end == "silent" else 10.0
     while one._driver.path_left_m > 5.0:
         steps(one, 1)
         assert one._driver.told == ["follow"]
@@ -181,7 +182,8 @@ def test_past_the_commit_point_the_path_is_finished(made, end):
     assert one._driver.told == ["follow", "release"]
 
 
-def test_lights_are_as_before_when_nobody_is_left_to_put_them_out(made):
+def test_silence_restores_lights_before_intervention(made):
+    """The lights are restored when the solver is gone and cannot switch them off."""
     hazards = {"directive": {"kind": "execute", "behavior": {"name": "hazard_lights"}}}
     one = made(LOCKSTEP, [{**hazards, "orders": [["lights", 48], ["hold", 3.0]]}], "dies")
     steps(one, 1)
@@ -198,16 +200,18 @@ def test_a_safe_stop_is_kept_when_the_solver_is_gone(made):
 
 
 @pytest.mark.parametrize("end", ["silent", "trickles"])
-def test_where_the_world_waits_a_limit_ends_the_run_with_one_error(made, end):
+def test_silence_in_lockstep_ends_run_with_one_error(made, end):
+    """Where the world waits, a time limit ends the run with one error."""
     one = made(LOCKSTEP, [DRIVE], end)
     steps(one, 1)
-    one.solver._conversation._limit_s = 0.3  # from here on: a busy machine may need longer for a good answer
+    one.solver._exchange._limit_s = 0.3  # from here on: a busy machine may need longer for a good answer
     with pytest.raises(SolverError, match=r"kept the world waiting: no answer within 0\.3 s.*answer_limit_s"):
         one.run_step()
     assert not one.solver.alive and one.fault
 
 
-def test_an_order_that_is_renewed_is_driven_for_as_long_as_it_takes(made):
+def test_renewed_directive_is_driven_without_limit(made):
+    """A directive that is renewed is driven for as long as it takes."""
     one = made(LOCKSTEP, [DRIVE], "goes on")
     steps(one, 100)
     assert one._driver.told == ["follow"]
@@ -271,7 +275,7 @@ def test_nonsense_is_stood_still_at_and_said_once(told_by, answer, capsys):
     one = told_by(DRIVE, answer, answer, answer)
     steps(one, 4)
     assert one._driver.told == ["follow", ("hold", None)]
-    assert capsys.readouterr().err.count("stands still") == 1
+    assert capsys.readouterr().err.count("the vehicle stops") == 1
     steps(one, 100)
     assert one._driver.told[-1] == ("hold", None) and one._vehicle.speed == 0.0, "for as long as nothing else is said"
     assert one.solver.ticks[-1]["again"], "it is asked to say it again"
@@ -281,7 +285,8 @@ def test_nonsense_is_stood_still_at_and_said_once(told_by, answer, capsys):
     assert "again" not in one.solver.ticks[-1]
 
 
-def test_nonsense_past_the_commit_point_lets_the_path_be_finished_first(told_by):
+def test_malformed_answer_past_commit_point_finishes_path(told_by):
+    """After a malformed answer past the commit point, the path is finished first."""
     one = told_by(COMMITTED, {"orders": "none"})
     steps(one, 60)
     assert one._driver.told == ["follow"]

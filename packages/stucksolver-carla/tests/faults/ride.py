@@ -73,7 +73,7 @@ class Ride:
         self,
         seconds: float,
         *,
-        look: Callable[[Surroundings], Surroundings | None] = lambda seen: seen,
+        look: Callable[[Surroundings], Surroundings | None] = lambda surroundings: surroundings,
         every_tick: Callable[[], None] = lambda: None,
         **options: Any,
     ) -> None:

@@ -78,8 +78,11 @@ def test_light_that_comes_back_is_what_it_shows(after):
     steps=st.lists(st.floats(-1.0, 1.4), min_size=20, max_size=20),
     jitter=st.lists(st.floats(-0.4, 0.4), min_size=20, max_size=20),
 )
-def test_no_line_ahead_is_passed_unless_its_light_is_seen_green_now(shows, steps, jitter):
-    """The light is seen, lost and seen again while the ego drives to and fro, over the line and back."""
+def test_line_ahead_is_passed_only_with_green_light_visible(shows, steps, jitter):
+    """No line ahead is passed unless its light is perceived as green now.
+
+    The light is visible, lost and visible again while the ego drives to and fro, over the line and back.
+    """
     street, x, was_seen = Street(x=55.0), 55.0, False
     for state, step, off in zip(shows, steps, jitter, strict=False):
         x += step
@@ -93,8 +96,11 @@ def test_no_line_ahead_is_passed_unless_its_light_is_seen_green_now(shows, steps
             assert RejectCode.RED_LIGHT not in street.codes()
 
 
-def test_red_light_lost_while_a_plan_runs_towards_it_ends_the_plan():
-    """It was green when the plan began, and is lost where the ego can still stop."""
+def test_red_light_lost_during_plan_ends_plan():
+    """A red light that is lost while a plan runs toward it ends the plan.
+
+    It was green when the plan began, and is lost where the ego can still stop.
+    """
     street = Street(x=50.0)
     street.look(S.GREEN)
     proven = GUARD.accept([ON], FrenetScene(street.seen), False)[1]
@@ -141,7 +147,8 @@ def test_line_that_is_well_behind_is_forgotten():
 
 
 @pytest.mark.parametrize("order", [(S.RED, S.GREEN), (S.GREEN, S.RED)])
-def test_of_several_lights_at_a_line_the_strictest_counts_when_lost(order):
+def test_lights_lost_at_one_line_count_as_strictest(order):
+    """Of several lights at a line, the strictest counts when they are lost."""
     street = Street()
     street.look(*order)
     assert RejectCode.RED_LIGHT in street.codes()
@@ -185,7 +192,8 @@ def test_stop_sign_that_vanishes_still_stands_there():
 
 
 @pytest.mark.parametrize("state", [None, S.UNKNOWN])
-def test_light_of_the_map_without_a_state_is_red_from_the_start(state):
+def test_map_light_without_state_is_red_from_start(state):
+    """A light of the map without a state is red from the start."""
     street = Street()
     street.look(state)
     assert street.codes() == {RejectCode.RED_LIGHT}
@@ -202,7 +210,8 @@ def test_dark_light_that_vanishes_is_no_all_way_stop():
     assert street.codes(slow) == {RejectCode.RED_LIGHT}
 
 
-def test_light_that_binds_others_only_is_not_waited_for_when_lost():
+def test_lost_light_for_others_is_not_waited_for():
+    """A light that applies only to others is not waited for when it is lost."""
     street = Street()
     street.look(S.RED, applies=False)
     street.look()

@@ -218,7 +218,8 @@ def test_step_odd_answer_is_refused_with_a_code(what):
 
 
 @pytest.mark.parametrize("what", ["a million waits", "a million in a list", "deep", "a wide cycle", "a cycle"])
-def test_step_huge_plan_takes_as_little_work_as_a_small_one(what):
+def test_step_huge_plan_takes_bounded_work(what):
+    """A huge plan takes as little work as a small one."""
     with counted() as small:
         asked(ANSWERS["a plan: seven"], 2.0)
     with counted() as huge:
@@ -319,7 +320,8 @@ ANYTHING = st.recursive(
 @pytest.mark.integration
 @settings(max_examples=300)
 @given(fields=st.fixed_dictionaries({"behaviors": ANYTHING, "replan_route": ANYTHING, "route_start": ANYTHING}))
-def test_read_again_any_fields_give_a_sound_plan_or_one_line(fields):
+def test_read_again_any_fields_give_valid_plan_or_error(fields):
+    """Any fields give a valid plan or an error of one line."""
     try:
         read = read_again(RecoveryPlan.model_construct(**fields), RecoveryPlan, 1000)
     except MalformedError as error:

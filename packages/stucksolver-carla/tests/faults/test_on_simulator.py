@@ -59,7 +59,8 @@ def collisions(ride: Ride) -> list[object]:
     return hits
 
 
-def test_frames_that_freeze_or_jump_on_the_way_stop_no_recovery_and_touch_nobody(ride: Ride) -> None:
+def test_recovery_with_frozen_or_jumping_frames_has_no_contact(ride: Ride) -> None:
+    """Frames that freeze or jump on the way prevent no recovery and cause no contact."""
     ride.place()
     hits, seen, count = collisions(ride), [], [0]
 
@@ -98,9 +99,10 @@ def test_a_hostile_reasoner_touches_nobody(ride: Ride, name: str) -> None:
 
 
 @pytest.mark.slow
-def test_after_a_kill_in_the_middle_of_a_plan_the_record_is_good_and_the_stack_drives_itself(
+def test_solver_killed_in_plan_leaves_record_and_stack_drives(
     server: SimulatorServer, ride: Ride, tmp_path: Path
 ) -> None:
+    """After a kill during a plan, the record is valid and the stack drives by itself."""
     program = Path(__file__).with_name("ride.py")
     command = [sys.executable, str(program), server.host, str(server.port), str(tmp_path)]
     done = subprocess.run(command, capture_output=True, text=True, timeout=300)
@@ -140,7 +142,7 @@ def test_a_watcher_changes_nothing_and_sees_it_all(server: SimulatorServer, ride
     def look_on() -> None:
         try:
             while not over.is_set():
-                watching.look()
+                watching.step()
         except RuntimeError as error:
             errors.append(error)
 
@@ -162,7 +164,8 @@ def test_a_watcher_changes_nothing_and_sees_it_all(server: SimulatorServer, ride
     assert all(replay(file).matches for file in watching.files) and len(watching.files) == 1
 
 
-def test_the_command_shows_the_state_and_ends_cleanly_on_ctrl_c(server: SimulatorServer, ride: Ride) -> None:
+def test_watch_command_shows_state_and_ends_on_ctrl_c(server: SimulatorServer, ride: Ride) -> None:
+    """The command shows the state and ends cleanly on Ctrl-C."""
     ride.place()
     code = "import sys; from stucksolver.commands import main; sys.exit(main(sys.argv[1:]))"
     command = [sys.executable, "-c", code, "watch", "--host", server.host, "--port", str(server.port)]
@@ -176,14 +179,13 @@ def test_the_command_shows_the_state_and_ends_cleanly_on_ctrl_c(server: Simulato
         watch.kill()
     assert watch.returncode == 0, err
     assert "m/s" in first
-    assert "times stuck" in out
+    assert "interventions" in out
     assert "Traceback" not in err
 
 
 @pytest.mark.slow
-def test_a_watch_of_so_many_seconds_writes_the_end_of_its_record(
-    server: SimulatorServer, ride: Ride, tmp_path: Path
-) -> None:
+def test_watch_command_with_time_limit_writes_record_end(server: SimulatorServer, ride: Ride, tmp_path: Path) -> None:
+    """A watch with a time limit writes the end of its record."""
     ride.place()
     code = "import sys; from stucksolver.commands import main; sys.exit(main(sys.argv[1:]))"
     command = [sys.executable, "-c", code, "watch", "--host", server.host, "--port", str(server.port)]
@@ -191,14 +193,15 @@ def test_a_watch_of_so_many_seconds_writes_the_end_of_its_record(
     watch = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     out, err = while_ticking(ride, lambda: watch.communicate(timeout=200))
     assert watch.returncode == 0, err
-    assert "1 times stuck" in out
+    assert "1 interventions" in out
     (file,) = tmp_path.glob("*.jsonl")
     report = replay(file)
     assert report.matches and report.ended == RUN_ENDED
 
 
-def test_a_car_that_is_not_there_is_named_with_those_that_are(server: SimulatorServer, ride: Ride) -> None:
+def test_observer_unknown_role_is_rejected_with_known_roles(server: SimulatorServer, ride: Ride) -> None:
+    """A car that does not exist is reported with the existing ones."""
     ride.place()
     world = carla.Client(server.host, server.port).get_world()
-    with pytest.raises(VehicleNotFoundError, match=r"no vehicle has the role 'villain'; there are: hero, scenario"):
+    with pytest.raises(VehicleNotFoundError, match=r"no vehicle has the role 'villain'; roles: hero, scenario"):
         while_ticking(ride, lambda: VehicleObserver(world, "villain", profile("default"), None, lambda event: None))

@@ -36,7 +36,8 @@ def test_whatever_it_says_nobody_is_touched(name, seed, road):
 @pytest.mark.parametrize(
     "kind", [ObjectKind.PEDESTRIAN, ObjectKind.ANIMAL, ObjectKind.UNKNOWN, ObjectKind.CAR, ObjectKind.CONE]
 )
-def test_nothing_living_unknown_or_solid_is_driven_over_on_anyones_word(kind):
+def test_drive_over_restricted_kind_is_never_performed(kind):
+    """No pedestrian, animal, unknown or solid object is driven over, whatever a reasoner says."""
     world = World(ROADS["two way"], [thing("it", 75.0, kind=kind)], x=66.0)
     seen = drive(world, 20.0, reasoner=make_faulty("always_drive_over"), ladder=BRIEF)
     assert not any(isinstance(d, Execute) and d.behavior.name == "drive_over" for d in seen.directives)
@@ -52,7 +53,8 @@ def test_a_silent_one_costs_the_recovery_and_nothing_else():
     silent.cancel()
 
 
-def test_a_late_answer_is_judged_by_the_world_as_it_is_now():
+def test_late_answer_is_checked_against_present_world():
+    """A late answer is checked against the world as it is now."""
     world = street(ROADS["two way"], 1)
     seen = drive(world, 40.0, reasoner=make_faulty("late"), ladder=BRIEF, clock="latency:3")
     assert seen.nearest_m > 0.3
@@ -72,7 +74,8 @@ def test_an_unknown_name_lists_the_known_ones():
 
 
 @pytest.mark.integration
-def test_a_listener_that_fails_is_told_of_and_not_called_again():
+def test_listener_that_raises_is_reported_and_dropped():
+    """A listener that raises an error is reported and not called again."""
     calls = []
 
     def broken(event):

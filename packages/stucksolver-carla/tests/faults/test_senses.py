@@ -40,8 +40,8 @@ def spoiled(world, seconds, spoil, **options):
     return told, directives, nearest
 
 
-def texts(told, kind):
-    return [e.text for e in told if e.kind is kind]
+def texts(events, kind):
+    return [e.text for e in events if e.kind is kind]
 
 
 def driving(world):
@@ -59,7 +59,7 @@ def test_without_any_surroundings_no_plan_is_started():
 
 def test_without_a_scene_nobody_is_asked():
     told, world = [], stuck()
-    with StuckSolver(lambda seen: None, clock="lockstep", on_event=told.append) as solver:
+    with StuckSolver(lambda surroundings: None, clock="lockstep", on_event=told.append) as solver:
         for _ in range(200):
             assert solver.step(world.status(), world.surroundings) is CONTINUE
             world.drive(CONTINUE)
@@ -68,7 +68,8 @@ def test_without_a_scene_nobody_is_asked():
 
 @pytest.mark.integration
 @pytest.mark.parametrize("fault", ["missing", "frozen"])
-def test_surroundings_that_stop_coming_before_the_commit_point_end_the_plan(fault):
+def test_surroundings_missing_or_frozen_before_commit_point_end_plan(fault):
+    """Surroundings that stop arriving before the commit point end the plan."""
     last = []
 
     def stops_coming(world):
@@ -83,7 +84,8 @@ def test_surroundings_that_stop_coming_before_the_commit_point_end_the_plan(faul
     assert words in texts(told, EventKind.FAULT)
 
 
-def test_a_sensor_that_stamps_old_frames_anew_is_found_out_while_driving():
+def test_monitor_restamped_old_frames_grow_old_while_driving():
+    """A sensor that gives old frames new time stamps is detected while the ego drives."""
     senses, world = SurroundingsMonitor(), stuck(speed=5.0)
     old = world.surroundings()
     ages = []
@@ -129,8 +131,11 @@ def at_a_red_light():
     return stuck(controls=(red_light(15.0),))
 
 
-def test_who_has_seen_nothing_new_for_long_calls_for_help_whatever_was_seen_last():
-    """By then the light has long been green."""
+def test_stale_surroundings_request_assistance_despite_red_light():
+    """After a long time without new surroundings, assistance is requested, whatever was perceived last.
+
+    The light has long been green then.
+    """
     kept = []
 
     def grows_old(world):
@@ -168,7 +173,8 @@ def test_a_black_image_is_left_out_of_the_scene():
     assert watch.checked(black, 0.0) == (scene, "the camera image shows nothing")
 
 
-def test_a_frozen_image_is_found_out_once_the_vehicle_has_moved():
+def test_camera_health_detects_frozen_image_after_motion():
+    """A frozen image is detected when the vehicle has moved."""
     watch, scene = CameraHealth(), stuck().scene().model_copy(update={"image": jpeg(30_000)})
     assert watch.checked(scene, 10.0)[1] is None
     assert watch.checked(scene, 10.2)[1] is None
@@ -179,7 +185,7 @@ def test_a_frozen_image_is_found_out_once_the_vehicle_has_moved():
 def test_a_black_camera_does_not_keep_the_rules_from_helping():
     world = stuck()
     scene = world.scene
-    world.scene = lambda seen=None: scene(seen).model_copy(update={"image": jpeg(100)})
+    world.scene = lambda surroundings=None: scene(surroundings).model_copy(update={"image": jpeg(100)})
     seen = drive(world, 25.0)
     assert EventKind.RECOVERED in seen.kinds()
     assert "the camera image shows nothing" in seen.texts(EventKind.FAULT)
@@ -209,7 +215,8 @@ def test_a_flickering_oncoming_car_is_never_met(phase):
 
 @example(gone=[False] * 3 + [True] * 10)
 @given(gone=st.lists(st.booleans(), min_size=3, max_size=60))
-def test_an_object_is_kept_for_a_second_where_it_must_be_and_no_longer(gone):
+def test_monitor_keeps_lost_object_for_limited_time(gone):
+    """A lost object is kept for a second where it must be, and no longer."""
     senses, now, last = SurroundingsMonitor(), 0.0, None
     world = World(TWO_WAY, [thing("car", 100.0, LANE_M, speed=-8.0)])
     for k, missing in enumerate(gone):
@@ -229,7 +236,8 @@ def test_an_object_is_kept_for_a_second_where_it_must_be_and_no_longer(gone):
 
 
 @pytest.mark.parametrize(("kind", "sd_m", "kept"), [("car", None, True), ("car", 0.2, False), ("bicycle", 0.2, True)])
-def test_what_a_tracker_has_ended_is_kept_only_if_it_is_vulnerable(kind, sd_m, kept):
+def test_monitor_keeps_ended_track_only_of_vulnerable_kind(kind, sd_m, kept):
+    """An object whose track has ended is kept only if it is a vulnerable road user."""
     one = thing("it", 100.0, LANE_M, kind=ObjectKind(kind), speed=3.0).model_copy(update={"position_sd_m": sd_m})
     seen, senses = World(TWO_WAY, [one, thing("other", 80.0)]).surroundings(), SurroundingsMonitor()
     senses.look(lambda: seen, 0.0)
@@ -243,7 +251,7 @@ def test_what_a_tracker_has_ended_is_kept_only_if_it_is_vulnerable(kind, sd_m, k
 
 @pytest.mark.integration
 @pytest.mark.parametrize("by", [(3.0, 0.0), (-3.0, 0.0), (0.0, 3.0), (0.0, -3.0)])
-def test_a_position_that_jumps_by_3_m_before_the_commit_point_ends_the_plan(by):
+def test_position_jump_of_3_m_before_commit_point_ends_plan(by):
     state = {"jumped": False}
 
     def jumps(world):

@@ -63,12 +63,13 @@ def entry(monkeypatch):
     return module
 
 
-def test_the_entry_drives_with_the_planner_where_its_configuration_says_so(entry, tmp_path) -> None:
+def test_entry_with_planner_in_config_drives_with_planner(entry, tmp_path) -> None:
+    """The entry drives with the planner if its configuration selects it."""
     world = LitWorld()
     ego = world.add_ego(10.0, LEFT)
     entry.CarlaDataProvider.get_map = lambda: world.map
     config = tmp_path / "config.json"
-    config.write_text(json.dumps({"driver": "planner", "sensors": False}))
+    config.write_text(json.dumps({"driver": "planner", "sensors": False}), encoding="utf-8")
     agent = entry.StuckSolverAgent()
     agent.hero_actor, agent._dense_plan = ego, []
     agent._dense_plan = [(w.transform, option) for w, option in plan_along(world, 10, 120)]
@@ -82,7 +83,8 @@ def test_the_entry_drives_with_the_planner_where_its_configuration_says_so(entry
     assert abs(ego.y - LEFT) < 0.1
 
 
-def test_it_does_not_brake_for_the_end_of_the_plan_which_the_evaluator_ends() -> None:
+def test_planner_does_not_brake_for_end_of_plan() -> None:
+    """The planner does not brake for the end of the plan, where the evaluator ends the run."""
     world = LitWorld()
     ego = world.add_ego(10.0, LEFT, 0.0, 8.0)
     driver = InProcessPlanner(ego, "normal", world.map)
@@ -106,7 +108,7 @@ def test_a_plan_of_one_point_is_refused() -> None:
 
 
 @pytest.mark.integration
-def test_attach_takes_the_planner_and_leaves_its_driving_as_it_is() -> None:
+def test_attach_planner_leaves_its_driving_unchanged() -> None:
     ways = []
     for attached in (False, True):
         world = LitWorld()

@@ -10,7 +10,7 @@ pytest.importorskip("carla")
 from stucksolver_carla.drivers.behavior.nearby_objects import NearbyObjects
 from stucksolver_carla.drivers.behavior.path import PlanarPose, make_path
 from stucksolver_carla.drivers.behavior.predictive_braking import TurnRates, allowed_acceleration
-from stucksolver_carla.drivers.behavior.route_bodies import on_route
+from stucksolver_carla.drivers.behavior.route_bodies import objects_on_route
 from stucksolver_carla.drivers.behavior.vehicle_model import VehicleModel
 
 MODEL = VehicleModel(2.4, 1.0, 2.9, 1.2)
@@ -37,11 +37,11 @@ def one(x, y, vx, vy):
 def allowed(around, speed=8.0, wished=1.0, turning=0.0):
     where = LINE.project(PlanarPose(50.0, 0.0, 0.0))
     return allowed_acceleration(
-        LINE, where, speed, wished, on_route(LINE, 50.0, around), around, np.array([turning]), MODEL
+        LINE, where, speed, wished, objects_on_route(LINE, 50.0, around), around, np.array([turning]), MODEL
     )
 
 
-def test_it_brakes_for_one_who_drives_into_its_way_from_the_side() -> None:
+def test_foresight_brakes_for_vehicle_entering_path_from_side() -> None:
     assert allowed(one(65.0, -16.0, 0.0, 8.0)) < -1.0
 
 
@@ -65,5 +65,5 @@ def test_turn_rates_are_those_of_the_courses() -> None:
     rates, course, found = TurnRates(), 0.2, np.zeros(1)
     for _ in range(40):
         course += 0.4 * 0.05
-        found = rates.see(one(0.0, 0.0, 8.0 * np.cos(course), 8.0 * np.sin(course)), 0.05)
+        found = rates.observe(one(0.0, 0.0, 8.0 * np.cos(course), 8.0 * np.sin(course)), 0.05)
     assert found[0] == pytest.approx(0.4, abs=0.01)

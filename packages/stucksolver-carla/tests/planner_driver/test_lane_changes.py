@@ -31,7 +31,8 @@ def touches(world, ego, margin_m=0.0):
     )
 
 
-def test_the_changes_of_a_route_are_found_with_the_room_there_is_for_them() -> None:
+def test_lane_changes_of_route_have_their_available_length() -> None:
+    """The lane changes of a route are found with the length that is available for them."""
     _, _, driver = scene()
     (change,) = lane_changes(driver.route, driver._planner.route_line)
     assert change.lateral_m == pytest.approx(3.5, abs=0.05)
@@ -53,8 +54,11 @@ def test_nobody_abreast_is_touched_and_the_lane_is_reached(abreast_m) -> None:
 
 @pytest.mark.integration
 @pytest.mark.parametrize("gap_m", [24.0, 30.0])
-def test_a_stream_faster_than_the_limit_is_joined_without_being_run_into(gap_m) -> None:
-    """Its cars brake for nobody."""
+def test_lane_change_joins_faster_flow_without_contact(gap_m) -> None:
+    """A traffic flow faster than the limit is joined without a contact from behind.
+
+    Its cars do not brake for the ego.
+    """
     world, ego, driver = scene(7.5, 30.0)
     for k in range(14):
         world.add("vehicle.a", 40.0 - gap_m * k, RIGHT, speed=11.0)
@@ -66,7 +70,8 @@ def test_a_stream_faster_than_the_limit_is_joined_without_being_run_into(gap_m) 
     assert abs(ego.y - RIGHT) < 0.3
 
 
-def test_shifts_to_either_side_add_up_and_end_where_they_began() -> None:
+def test_lateral_shifts_to_both_sides_add_up() -> None:
+    """Shifts to either side add up and end where they began."""
     s = np.linspace(0.0, 100.0, 201)
     right, left = LateralShift(0.5, 10.0, 20.0, 40.0, 50.0), LateralShift(-0.3, 60.0, 70.0, 80.0, 90.0)
     offset = offset_of([right, left], s)

@@ -46,5 +46,6 @@ def test_it_joins_and_crosses_streams_that_brake_for_nobody(driven) -> None:
 
 @pytest.mark.release
 @pytest.mark.parametrize("route", ["1064", "1083", "1191", "1332"])
-def test_it_waits_for_the_shortest_gap_in_a_stream_that_has_no_others(driven) -> None:
+def test_planner_waits_for_shortest_gap_in_flow(driven) -> None:
+    """The planner waits for the shortest gap in a flow that has no others."""
     assert driven == ("1", "")

@@ -9,7 +9,7 @@ from planner_stage import RIGHT, LitWorld
 
 from stucksolver_carla.drivers.behavior.nearby_objects import NearbyObjects
 from stucksolver_carla.drivers.behavior.path import make_path
-from stucksolver_carla.drivers.behavior.route_bodies import on_route
+from stucksolver_carla.drivers.behavior.route_bodies import objects_on_route
 from stucksolver_carla.drivers.behavior.vehicle_model import VehicleModel
 from stucksolver_carla.drivers.planner import PlannerDriver
 from stucksolver_carla.drivers.planner.adjacent_lane_widths import AdjacentLaneWidths
@@ -17,10 +17,10 @@ from stucksolver_carla.drivers.planner.blockers import Blockers
 from stucksolver_carla.drivers.planner.pass_planner import (
     PassContext,
     cost_s,
-    group_of,
     is_clear,
+    objects_to_pass,
+    pass_candidates,
     pass_path,
-    proposals,
     rollout,
 )
 
@@ -52,22 +52,22 @@ def bodies(*rows):
 def situation(*rows, s=50.0, speed=0.0, left_same=0.0, left_oncoming=3.5, right_same=0.0):
     widths = np.tile([1.75, left_same, left_oncoming, right_same], (400, 1))
     sides = AdjacentLaneWidths(np.arange(0.0, 400.0), widths)
-    return PassContext(s, 0.0, speed, 13.0, on_route(LINE, s, bodies(*rows)), sides, MODEL)
+    return PassContext(s, 0.0, speed, 13.0, objects_on_route(LINE, s, bodies(*rows)), sides, MODEL)
 
 
 def ways(here, first=0):
-    return list(proposals(here, group_of(here, first, 1.7)))
+    return list(pass_candidates(here, objects_to_pass(here, first, 1.7)))
 
 
 def test_bodies_are_where_they_are_along_and_beside_the_route() -> None:
-    found = on_route(LINE, 50.0, bodies((80.0, -3.5, 2.4, 0.9, -8.0, 0.5)))
+    found = objects_on_route(LINE, 50.0, bodies((80.0, -3.5, 2.4, 0.9, -8.0, 0.5)))
     assert found.s[0] == pytest.approx(80.0, abs=1e-6)
     assert found.d[0] == pytest.approx(-3.5, abs=1e-6)
     assert (found.vs[0], found.vd[0]) == pytest.approx((-8.0, 0.5))
 
 
 @pytest.mark.parametrize("aside", [-0.6, 0.0, 1.2])
-def test_a_pass_keeps_clear_of_what_it_passes_and_comes_back(aside) -> None:
+def test_pass_keeps_gap_to_object_and_returns(aside) -> None:
     here = situation((65.0, aside, 2.4, 0.9, 0.0, 0.0))
     found = ways(here)
     assert found
@@ -103,7 +103,8 @@ def test_no_pass_is_clear_that_would_meet_who_comes(speed) -> None:
     assert all(is_clear(here, way) for here in [situation((65.0, 0.0, 2.4, 0.9, 0.0, 0.0))] for way in ways(here))
 
 
-def test_who_comes_up_from_behind_in_the_lane_beside_is_let_past() -> None:
+def test_pass_lets_fast_traffic_in_adjacent_lane_pass() -> None:
+    """A vehicle that approaches from behind in the adjacent lane passes first."""
     here = situation(
         (65.0, 0.0, 2.4, 0.9, 0.0, 0.0), (30.0, -3.5, 2.4, 0.9, 12.0, 0.0), left_same=3.5, left_oncoming=0.0
     )
@@ -111,14 +112,17 @@ def test_who_comes_up_from_behind_in_the_lane_beside_is_let_past() -> None:
     assert not any(is_clear(here, way) for way in ways(here))
 
 
-def test_what_stands_close_behind_is_passed_with_it_and_what_is_farther_is_not() -> None:
+def test_group_includes_close_vehicle_and_excludes_far_vehicle() -> None:
+    """A vehicle close behind the passed one is passed with it; a farther one is not."""
     close = situation((65.0, 0.0, 2.4, 0.9, 0.0, 0.0), (78.0, 0.0, 2.4, 0.9, 0.0, 0.0))
     far = situation((65.0, 0.0, 2.4, 0.9, 0.0, 0.0), (85.0, 0.0, 2.4, 0.9, 0.0, 0.0))
-    assert group_of(close, 0, 1.7).sum() == 2
-    assert group_of(far, 0, 1.7).sum() == 1
+    assert objects_to_pass(close, 0, 1.7).sum() == 2
+    assert objects_to_pass(far, 0, 1.7).sum() == 1
 
 
-def test_a_parked_vehicle_is_passed_beyond_its_door_where_there_is_room_and_a_bicycle_is_not_taken_for_one() -> None:
+def test_pass_parked_car_keeps_door_clearance_and_bicycle_none() -> None:
+    """A parked vehicle is passed beyond its door where the lane is wide enough. A bicycle has no door."""
+
     def nearest(row, **lanes):
         here = situation(row, **lanes)
         return min(ways(here), key=lambda way: cost_s(here, way))
@@ -152,13 +156,12 @@ def test_the_path_is_the_line_with_the_pass_in_it() -> None:
         ((65.0, 3.5, 2.4, 0.9, 0.0, 0.0), 9.0, frozenset(), np.inf, False),
     ],
 )
-def test_what_is_slow_for_a_reason_of_its_own_is_passed_and_a_queue_is_not(
-    row, stood_s, hazard, line_m, is_worth
-) -> None:
+def test_blocker_stopped_for_own_reason_is_passed_and_queue_not(row, stood_s, hazard, line_m, is_worth) -> None:
+    """A vehicle that is slow for a reason of its own is passed; a queue is not."""
     here, blockers = situation(row), Blockers()
     here = here._replace(sides=AdjacentLaneWidths(np.arange(0.0, 400.0), np.tile([1.75, 0.0, 3.5, 0.0], (400, 1))))
-    blockers.see(here.bodies, 100.0)
-    found = blockers.first(here, 100.0 + stood_s, line_m, hazard)
+    blockers.observe(here.bodies, 100.0)
+    found = blockers.first_blocker(here, 100.0 + stood_s, line_m, hazard)
     assert (found == 0) == is_worth
 
 
@@ -172,17 +175,19 @@ def passing_driver(here):
 
 
 @pytest.mark.parametrize(("far_m", "is_past"), [(62.0, True), (110.0, False)])
-def test_who_comes_and_will_be_past_before_it_swings_out_is_no_obstacle_where_it_is_now(far_m, is_past) -> None:
+def test_oncoming_vehicle_past_before_swing_out_is_no_obstacle(far_m, is_past) -> None:
+    """An oncoming vehicle that will be past before the ego swings out is no obstacle where it is now."""
     here = situation((75.0, 0.0, 2.4, 0.9, 0.0, 0.0), (far_m, -3.5, 2.4, 0.9, -12.0, 0.0))
     _, driver = passing_driver(here)
-    driver._heed_no_oncoming(here)
-    assert driver._out_of_the_way == (frozenset({1}) if is_past else frozenset())
+    driver._clear_oncoming(here)
+    assert driver._cleared_ids == (frozenset({1}) if is_past else frozenset())
 
 
-def test_it_sets_off_although_somebody_proven_to_be_past_in_time_is_in_its_path_now() -> None:
+def test_planner_sets_off_despite_vehicle_proven_past_in_time() -> None:
+    """The ego sets off although a vehicle that is proven to be past in time is in its path now."""
     world, driver = passing_driver(situation((75.0, 0.0, 2.4, 0.9, 0.0, 0.0)))
     comes = world.add("vehicle.a.b", 30.0, RIGHT, np.pi, speed=8.0)
-    driver._decide = lambda *_: None
+    driver._choose_line = lambda *_: None
     brakes = driver.run_step().throttle
-    driver._out_of_the_way = frozenset({comes.id})
+    driver._cleared_ids = frozenset({comes.id})
     assert driver.run_step().throttle > brakes + 0.2

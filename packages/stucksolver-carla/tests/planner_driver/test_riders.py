@@ -24,7 +24,8 @@ def riders(*places, y=BICYCLE_LANE_Y, yaw=np.pi, speed=9.0, half_width=0.35):
     )  # fmt: skip
 
 
-def test_one_who_rides_straight_across_the_turn_comes_on_a_way_of_its_own() -> None:
+def test_crossing_cyclist_has_its_own_conflict_path() -> None:
+    """A cyclist that rides straight across the turn has a conflict path of its own."""
     ((way, rider),) = crossing_riders(SQUARE, met_on(SQUARE), riders(110.0))
     assert way.goes_first
     x, y, _ = SQUARE.at(np.array([way.route_meets_s, way.route_parts_s]))
@@ -52,9 +53,10 @@ def test_one_who_has_crossed_is_no_reason_to_wait() -> None:
     assert crossing_riders(SQUARE, met_on(SQUARE), riders(60.0)) == []
 
 
-def test_the_ego_waits_before_the_junction_for_riders_that_follow_closely() -> None:
+def test_ego_waits_before_junction_for_close_cyclists() -> None:
+    """The ego waits before the junction for cyclists that follow each other closely."""
     for first in np.arange(0.0, 8.0, 0.5):
         gives_way = watch()
         train = riders(*np.arange(first + 60.0, 140.0, 8.0))
-        found = gives_way.look(SQUARE, WAIT_S - 1.0 - MODEL.half_length, EgoSpeeds(0.0, 12.0), train, 0.05)
+        found = gives_way.decide(SQUARE, WAIT_S - 1.0 - MODEL.half_length, EgoSpeeds(0.0, 12.0), train, 0.05)
         assert found.wait_m is not None

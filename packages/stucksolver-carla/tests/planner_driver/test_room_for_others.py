@@ -30,7 +30,8 @@ def scene(lane=RIGHT, speed=0.0, x=10.0):
 
 
 @pytest.mark.integration
-def test_a_parked_car_is_passed_out_of_reach_of_its_door_and_within_the_lane() -> None:
+def test_parked_car_is_passed_beyond_door_within_lane() -> None:
+    """A parked car is passed out of reach of its door and within the lane."""
     world, ego, driver = scene()
     world.add("vehicle.a", 120.0, PARKED_Y)
     seen = np.array(drive(world, ego, driver, 25.0))
@@ -51,7 +52,8 @@ def test_beside_what_has_no_doors_it_keeps_to_the_middle() -> None:
 
 
 @pytest.mark.integration
-def test_a_car_that_waits_in_the_lane_beside_is_no_parked_car() -> None:
+def test_waiting_car_in_adjacent_lane_is_not_parked() -> None:
+    """A car that waits in the adjacent lane is not a parked car."""
     world, ego, driver = scene()
     world.add("vehicle.a", 120.0, LEFT + 0.6)
     seen = np.array(drive(world, ego, driver, 20.0))
@@ -59,7 +61,8 @@ def test_a_car_that_waits_in_the_lane_beside_is_no_parked_car() -> None:
 
 
 @pytest.mark.parametrize(("lit", "aside"), [(True, True), (False, False)])
-def test_it_goes_aside_for_blue_lights_behind_it_and_for_nobody_else(lit, aside) -> None:
+def test_emergency_lights_behind_make_ego_move_aside(lit, aside) -> None:
+    """The ego moves aside for emergency lights behind it and for no other vehicle."""
     world, ego, driver = scene(LEFT, 8.0, 60.0)
     other = world.add("vehicle.ford.ambulance", 30.0, LEFT, speed=8.5)
     world.lamps = {other.id: EMERGENCY_LAMPS if lit else 0}
@@ -80,7 +83,8 @@ def test_it_comes_back_once_the_emergency_vehicle_is_past() -> None:
 
 
 @pytest.mark.integration
-def test_its_way_out_from_between_parked_cars_is_that_of_the_first_driver() -> None:
+def test_pull_out_between_parked_cars_matches_behavior_driver() -> None:
+    """The planner's path out from between parked cars is that of the behavior driver."""
     ways = []
     for kind in (BehaviorDriver, PlannerDriver):
         world = LitWorld()

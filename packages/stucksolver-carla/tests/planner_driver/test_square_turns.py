@@ -20,7 +20,7 @@ from stucksolver_carla.drivers.behavior.nearby_objects import NearbyObjects
 from stucksolver_carla.drivers.behavior.path import limited_speed, make_path
 from stucksolver_carla.drivers.behavior.route_line import curve_speed
 from stucksolver_carla.drivers.planner import PlannerDriver, unprotected_turn
-from stucksolver_carla.drivers.planner.square_turns import RADIUS_M, stream_ways, with_square_turn
+from stucksolver_carla.drivers.planner.square_turns import RADIUS_M, oncoming_paths, with_square_turn
 from stucksolver_carla.drivers.planner.unprotected_turn import UnprotectedTurnYield
 
 WIDE_M = 20.0
@@ -85,10 +85,11 @@ def watch():
 
 
 def look(gives_way, front, speed, around):
-    return gives_way.look(SQUARE, front - MODEL.half_length, EgoSpeeds(speed, 12.0), around, 0.05)
+    return gives_way.decide(SQUARE, front - MODEL.half_length, EgoSpeeds(speed, 12.0), around, 0.05)
 
 
-def test_a_square_turn_is_shorter_in_the_way_of_the_stream_and_ends_where_the_wide_one_does() -> None:
+def test_square_turn_has_shorter_conflict_and_same_end() -> None:
+    """A square turn is shorter in the path of the flow and ends where the wide turn does."""
     line = wide_turn()
     assert np.abs(SQUARE.curvature).max() == pytest.approx(1.0 / RADIUS_M, rel=0.05)
     before, after = oncoming(line), oncoming(SQUARE)
@@ -96,14 +97,16 @@ def test_a_square_turn_is_shorter_in_the_way_of_the_stream_and_ends_where_the_wi
     assert (SQUARE.x[-1], SQUARE.y[-1]) == pytest.approx((line.x[-1], line.y[-1]))
 
 
-def test_places_beyond_the_turn_move_by_as_much_as_the_line_is_longer() -> None:
+def test_square_turn_moves_later_places_by_added_length() -> None:
+    """Places beyond the turn move by as much as the line is longer."""
     line = wide_turn()
     found = with_square_turn(line, met_on(line), 1.0, anywhere)
     assert found is not None
-    assert found.moved(np.array([10.0, line.length])) == pytest.approx([10.0, found.line.length])
+    assert found.arc_lengths_on_new(np.array([10.0, line.length])) == pytest.approx([10.0, found.line.length])
 
 
-def test_where_the_road_ends_at_the_junction_the_square_turn_joins_the_lanes_own_arc() -> None:
+def test_square_turn_at_road_end_joins_lane_arc() -> None:
+    """Where the road ends at the junction, the square turn joins the arc of the lane."""
     line = wide_turn()
 
     def near_the_lanes(x, y, z):
@@ -114,12 +117,14 @@ def test_where_the_road_ends_at_the_junction_the_square_turn_joins_the_lanes_own
     assert 0.0 < found.longer_m < SQUARE.length - line.length
 
 
-def test_a_turn_that_would_leave_the_road_stays_as_it_is() -> None:
+def test_square_turn_leaving_road_is_not_used() -> None:
+    """A turn that would leave the road stays as it is."""
     line = wide_turn()
     assert with_square_turn(line, met_on(line), 1.0, lambda x, y, z: False) is None
 
 
-def test_a_straight_drive_and_a_right_turn_stay_as_they_are() -> None:
+def test_square_turn_changes_only_left_turns() -> None:
+    """A straight path and a right turn stay as they are."""
     line, right = make_path(np.arange(150.0), np.zeros(150), np.full(150, 30.0)), wide_turn()
     right = make_path(right.x, -right.y, right.speed)
     meeting = met_on(wide_turn())
@@ -127,10 +132,11 @@ def test_a_straight_drive_and_a_right_turn_stay_as_they_are() -> None:
     assert with_square_turn(right, meeting, 1.0, anywhere) is None
 
 
-def test_only_straight_oncoming_traffic_with_the_right_of_way_is_a_stream() -> None:
+def test_stream_ways_are_oncoming_through_traffic_with_priority() -> None:
+    """Only straight oncoming traffic with the right of way is a traffic flow."""
     way = oncoming(SQUARE)
     others = (replace(way, straight=False), replace(way, joins=True), replace(way, goes_first=False))
-    assert stream_ways(SQUARE, JunctionConflicts(WAIT_S, (way, *others))) == [way]
+    assert oncoming_paths(SQUARE, JunctionConflicts(WAIT_S, (way, *others))) == [way]
 
 
 def sets_off(spacing_m):
@@ -139,7 +145,8 @@ def sets_off(spacing_m):
     return any(look(watch(), WAIT_S - 1.0, 0.0, train).wait_m is None for train in trains)
 
 
-def test_it_crosses_in_gaps_in_which_a_body_fits_and_in_no_shorter_ones() -> None:
+def test_turn_yield_accepts_gaps_that_fit_vehicle() -> None:
+    """The ego crosses in gaps in which its body fits, and in no shorter ones."""
     assert sets_off(26.0)
     assert not sets_off(15.0)
 
@@ -158,14 +165,16 @@ def test_it_never_stops_in_the_stream(front, speed, car_x, going) -> None:
         assert found.wait_m is None
 
 
-def test_one_that_has_set_off_gives_up_before_the_stream_if_somebody_comes_after_all() -> None:
+def test_turn_yield_started_ego_stops_before_late_flow() -> None:
+    """An ego that has set off stops before the flow if a vehicle comes after all."""
     gives_way = watch()
     assert look(gives_way, WAIT_S - 1.0, 0.0, cars()).wait_m is None
     assert look(gives_way, WAIT_S + 1.0, 3.0, cars(*np.arange(50.0, 130.0, 11.0))).wait_m is not None
-    assert not gives_way.going
+    assert not gives_way.has_started
 
 
-def test_it_stops_before_the_way_of_whoever_comes_ahead_of_the_stream() -> None:
+def test_turn_yield_stops_before_other_conflict_path() -> None:
+    """The ego stops before the path of a vehicle that comes ahead of the flow."""
     s = np.arange(0.0, 100.0)
     across = replace(
         oncoming(SQUARE), x=0.0 * s + 66.0, y=s - 50.0, yaw=0.0 * s + np.pi / 2.0, s=s, inside_s=40.0, meets_s=48.0,
@@ -183,8 +192,8 @@ def test_it_stops_before_the_way_of_whoever_comes_ahead_of_the_stream() -> None:
 def test_it_crosses_faster_than_it_turns_elsewhere() -> None:
     gives_way = watch()
     look(gives_way, WAIT_S - 1.0, 0.0, cars())
-    assert gives_way.pace is unprotected_turn.CROSSES
-    assert unprotected_turn.CROSSES.bends > USUAL.bends
+    assert gives_way.pace is unprotected_turn.CROSSING_PACE
+    assert unprotected_turn.CROSSING_PACE.bends > USUAL.bends
 
 
 def joining_watch(front):
@@ -200,11 +209,12 @@ def joining_watch(front):
     gives_way = UnprotectedTurnYield([JunctionConflicts(WAIT_S, (way,))], PROFILE, MODEL, line, WAIT_S)
     ahead = replace(cars(120.0), yaw=np.zeros(1), vx=np.full(1, 14.0), y=np.zeros(1))
     for place, speed in ((WAIT_S - 1.0, 0.0), (front, 8.0)):
-        gives_way.look(line, place - MODEL.half_length, EgoSpeeds(speed, 8.0), ahead, 0.05)
+        gives_way.decide(line, place - MODEL.half_length, EgoSpeeds(speed, 8.0), ahead, 0.05)
     return gives_way
 
 
-def test_a_stream_that_it_has_joined_sets_its_pace_until_it_drives_in_its_lane() -> None:
+def test_joined_flow_sets_speed_until_ego_is_in_lane() -> None:
+    """A joined flow sets the speed until the ego drives in its lane."""
     assert joining_watch(95.0).flow_mps == pytest.approx(14.0)
     assert joining_watch(120.0).flow_mps == 0.0
 
@@ -215,12 +225,13 @@ def test_it_counts_on_no_more_acceleration_than_the_car_has() -> None:
 
 
 @pytest.mark.parametrize(("ahead_m", "presses"), [(1.0, True), (-1.0, False)])
-def test_it_chooses_another_way_into_a_stream_before_the_junction_only(ahead_m, presses) -> None:
+def test_planner_changes_entry_path_only_before_junction(ahead_m, presses) -> None:
+    """The planner selects another path into a flow only before the junction."""
     world = LitWorld()
     driver = PlannerDriver(world.add_ego(20.0, RIGHT, 0.0, 0.0))
     driver.set_destination(world.map.get_waypoint(carla.Location(150.0, RIGHT, 0.0)).transform.location)
     line, front = driver._planner.route_line, driver._planner.route_s + driver._model.half_length
     waits_at = JunctionConflicts(front + ahead_m, (replace(oncoming(SQUARE), joins=True),)), 30.0
-    driver._give_way = SimpleNamespace(waits_at=waits_at)
-    driver._presses_on(line, driver._sides, driver._motion())
-    assert (driver._stream_s is not None) == presses
+    driver._yield = SimpleNamespace(waits_at=waits_at)
+    driver._switch_line_for_flow(line, driver._sides, driver._motion())
+    assert (driver._flow_wait_s is not None) == presses

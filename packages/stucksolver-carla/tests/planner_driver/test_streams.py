@@ -57,22 +57,25 @@ def way(meets_s, parts_s, joins=False):
 
 def gone(meeting, met, front, speed):
     found = PredictedConflict(met, frozenset(), None)
-    return FlowMergeYield([meeting], PROFILE, MODEL)._gone(meeting, found, front, speed)
+    return FlowMergeYield([meeting], PROFILE, MODEL)._committed_decision(meeting, found, front, speed)
 
 
 @pytest.mark.parametrize(("flow_mps", "faster"), [(0.0, False), (5.0, False), (12.0, True)])
-def test_a_stream_sets_the_pace_where_it_is_faster_than_the_limit(flow_mps, faster) -> None:
+def test_cruise_flow_faster_than_limit_sets_speed(flow_mps, faster) -> None:
+    """A traffic flow sets the speed where it is faster than the limit."""
     wanted = concerns(flow_mps).cruise(LINE, 8.0, 30.0, "right", USUAL)
     assert (wanted > 0.5) == faster
 
 
-def test_it_does_not_fall_back_behind_a_leader_that_drives_away_in_a_stream() -> None:
+def test_hazard_lead_driving_away_in_flow_does_not_slow() -> None:
+    """In a flow, the ego does not fall back behind a lead vehicle that drives away."""
     near = Hazard(1, 5.0, 11.0, False)
     assert concerns(11.0).hazard(near, 9.0) > 1.0
     assert concerns(0.0).hazard(near, 9.0) < concerns(11.0).hazard(near, 9.0)
 
 
-def test_in_traffic_that_keeps_to_the_limit_the_usual_gap_is_kept() -> None:
+def test_hazard_in_traffic_at_limit_keeps_usual_gap() -> None:
+    """In traffic that keeps to the limit, the usual gap is kept."""
     near = Hazard(1, 4.0, 7.5, False)
     assert concerns(7.4).hazard(near, 7.0) == pytest.approx(concerns(0.0).hazard(near, 7.0))
 
@@ -80,11 +83,13 @@ def test_in_traffic_that_keeps_to_the_limit_the_usual_gap_is_kept() -> None:
 @pytest.mark.parametrize(
     "hazard", [Hazard(1, 5.0, 0.0, False), Hazard(1, 1.0, 11.0, False), Hazard(1, 8.0, 4.0, False)]
 )
-def test_it_brakes_for_what_stands_is_too_near_or_slower_than_the_stream(hazard) -> None:
+def test_hazard_stopped_near_or_slow_lead_brakes_in_flow(hazard) -> None:
+    """The ego brakes for an object that is stopped, too near, or slower than the flow."""
     assert concerns(11.0).hazard(hazard, 9.0) == pytest.approx(concerns(0.0).hazard(hazard, 9.0))
 
 
-def test_one_past_the_line_stops_before_the_way_of_somebody_that_it_has_not_entered() -> None:
+def test_yield_past_line_stops_before_path_not_entered() -> None:
+    """An ego past the line stops before a vehicle's path that it has not entered yet."""
     crossed, ahead, joined = way(20.0, 26.0), way(30.0, 40.0), way(42.0, 50.0, joins=True)
     meeting = JunctionConflicts(18.0, (crossed, ahead, joined))
     assert gone(meeting, (joined,), 24.0, 3.0).wait_m == pytest.approx(6.0)
@@ -93,9 +98,9 @@ def test_one_past_the_line_stops_before_the_way_of_somebody_that_it_has_not_ente
 
 def test_one_that_has_crept_up_to_the_others_still_waits() -> None:
     watch = FlowMergeYield([], PROFILE, MODEL)
-    assert not watch._must_go(0.3, -0.5)
-    assert watch._must_go(4.0, -0.5)
-    assert watch._must_go(0.3, -3.0)
+    assert not watch._cannot_wait(0.3, -0.5)
+    assert watch._cannot_wait(4.0, -0.5)
+    assert watch._cannot_wait(0.3, -3.0)
 
 
 def test_nobody_sets_the_pace_on_an_empty_road() -> None:
@@ -113,7 +118,8 @@ def test_nobody_sets_the_pace_on_an_empty_road() -> None:
         (-20.0, 0.0, 11.0, 0.0),
     ],
 )
-def test_the_pace_of_who_follows_closely_in_the_same_lane_is_kept(gap_m, aside_m, speed, pace) -> None:
+def test_rear_flow_speed_is_that_of_close_follower(gap_m, aside_m, speed, pace) -> None:
+    """The flow speed is that of a follower close behind in the same lane."""
     x = 100.0 - 4.8 - gap_m
     zero, flags = np.zeros(1), np.zeros(1, np.bool_)
     bodies = RouteObjects(

@@ -85,7 +85,7 @@ def package(folder: Path, variant: str, stops_m: float, gain: float) -> Path:
     for name, text in {**empty, **MODULES[variant]}.items():
         path = folder / name
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text.format(stops_m=stops_m, gain=gain) if "stops_m" in text else text)
+        path.write_text(text.format(stops_m=stops_m, gain=gain) if "stops_m" in text else text, encoding="utf-8")
     return folder
 
 

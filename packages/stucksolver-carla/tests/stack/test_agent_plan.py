@@ -74,7 +74,8 @@ def test_it_rolls_on_along_the_lane_at_its_speed(stage, agent_class):
 
 
 @pytest.mark.parametrize("agent_class", AGENTS)
-def test_up_to_its_last_waypoint_it_drives_as_if_it_were_not_kept_going(stage, agent_class):
+def test_agent_keeps_going_drives_unchanged_to_last_waypoint(stage, agent_class):
+    """Up to its last waypoint, the agent drives as it does without the extension of its route."""
     trails = []
     for keeps_going in (False, True):
         car, driver = driver_on(stage, agent_class(), keeps_going=keeps_going)
@@ -101,8 +102,11 @@ def test_handed_back_past_the_end_it_drives_on_too(stage, agent_class):
 
 
 @pytest.mark.parametrize("agent_class", AGENTS)
-def test_what_the_agent_forgot_of_its_route_is_driven_all_the_same(stage, agent_class):
-    """CARLA's agent plans anew to the next waypoint only when it changes lanes before a tailgater."""
+def test_agent_forgotten_route_is_driven(stage, agent_class):
+    """The part of its route that the agent dropped is driven nevertheless.
+
+    CARLA's agent plans anew to the next waypoint only when it changes lanes before a tailgater.
+    """
     car, driver = driver_on(stage, agent_class())
     drive(stage, car, driver, 2.0)
     planner = driver.agent.get_local_planner()
@@ -112,8 +116,11 @@ def test_what_the_agent_forgot_of_its_route_is_driven_all_the_same(stage, agent_
     assert min(waypoint.transform.location.distance(goal) for waypoint, _ in plan_of(planner)) < 0.5
 
 
-def test_a_plan_that_begins_ahead_is_driven_to_along_the_lane(stage):
-    """It may change lanes where it begins, and the agent looks for obstacles in the lane of its next waypoints."""
+def test_agent_plan_beginning_ahead_is_reached_along_lane(stage):
+    """A plan that begins ahead is reached along the lane.
+
+    It may change lanes where it begins, and the agent looks for obstacles in the lane of its next waypoints.
+    """
     start, lane, beside = (3, -2, 40.0), (3, -2), (3, -1)
     car, driver = driver_on(stage, FakeAgent, start, (3, -2, 60.0))
     planner = driver.agent.get_local_planner()
@@ -145,13 +152,14 @@ def test_where_the_lane_ends_there_is_nothing_to_add(stage):
     planner = driver.agent.get_local_planner()
     driver.set_plan([(last, RoadOption.LANEFOLLOW)] * 2)
     carla_map = SimpleNamespace(get_waypoint=lambda _location: last)
-    driver._keeper = PlanExtender(planner, car, carla_map, RoadOption.LANEFOLLOW)
+    driver._plan_extender = PlanExtender(planner, car, carla_map, RoadOption.LANEFOLLOW)
     drive(stage, car, driver, 10.0)
     assert plan_of(planner) == []
     assert car.get_velocity().length() < 0.2
 
 
-def test_an_agent_that_is_not_told_to_go_on_stands_at_the_end(stage):
+def test_agent_without_extension_stops_at_end_of_route(stage):
+    """An agent whose route is not extended stops at its end."""
     car = stage.add(CAR, START, role="hero")
     stage.ticks(2)
     agent = FakeAgent(car)

@@ -71,7 +71,8 @@ def past(stage, car, place, by_m=15.0):
     return there
 
 
-def test_alone_it_stands_behind_a_parked_car_and_helped_it_passes(stage):
+def test_agent_passes_parked_car_only_with_solver(stage):
+    """Alone, the agent stays behind a parked car; with the solver, it passes."""
     parked = (11, -1, 60.0)
     put(stage, CAR, parked)
     car, agent = agent_on(stage)
@@ -100,7 +101,8 @@ def cones_across(stage, s=60.0):
         put(stage, CONE, (11, -1, s + ahead), aside)
 
 
-def test_it_sees_no_cones_but_those_that_are_perceived_are_shown_to_it(stage):
+def test_agent_gets_perceived_cones_as_obstacles(stage):
+    """The agent does not perceive cones; perceived ones are added to its obstacles."""
     cones_across(stage)
     came, bumps, _ = helped_past(stage, (11, -1, 70.0), obstacles=False)
     assert came and bumps

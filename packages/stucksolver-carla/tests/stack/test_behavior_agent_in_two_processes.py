@@ -48,7 +48,8 @@ def test_it_passes_a_parked_car(stage):
     assert recovery.solver.process.returncode is not None
 
 
-def test_when_the_solver_is_killed_while_a_plan_runs_the_vehicle_stops_and_then_the_agent_drives_itself(stage):
+def test_solver_killed_in_plan_vehicle_stops_then_agent_drives(stage):
+    """When the solver is killed while a plan runs, the vehicle stops; then the agent drives by itself."""
     put(stage, CAR, PARKED)
     car, agent = agent_on(stage)
     recovery, _told = beside(stage, car, agent)
@@ -64,7 +65,7 @@ def test_when_the_solver_is_killed_while_a_plan_runs_the_vehicle_stops_and_then_
     assert car.get_velocity().length() < 0.3, "left alone it stands behind the parked car again"
 
 
-def test_settings_that_cannot_be_used_are_an_error_that_names_them(stage):
+def test_attach_invalid_settings_raise_error_with_name(stage):
     car, agent = agent_on(stage)
     with pytest.raises(SolverError, match="no_such_reasoner"):
         beside(stage, car, agent, recovery="no_such_reasoner")

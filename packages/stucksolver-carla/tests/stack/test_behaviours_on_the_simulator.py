@@ -145,7 +145,8 @@ def test_the_minimal_risk_condition_ends_at_rest_with_hazard_lights(stage):
     assert int(car.get_light_state()) & 48 == 48
 
 
-def test_creeping_and_a_new_route_leave_it_standing_on_the_route(stage):
+def test_creep_and_replan_end_stopped_on_route(stage):
+    """Creeping and a new route leave the vehicle stopped on its route."""
     car, stack = stage.ego(STREET, STREET_END)
     outcome, trail = carry_out(stage, car, stack, Creep(distance_m=6.0), ReplanRoute())
     assert outcome.finished, outcome.text

@@ -43,7 +43,8 @@ def swerve(stack: CarlaStack, left_m: float, length_m: float = 40.0, speed_mps: 
 # ---- told to the solver
 
 
-def test_progress_grows_to_the_destination_and_no_other_place_counts_as_it(stage):
+def test_progress_reaches_route_length_only_at_destination(stage):
+    """Progress grows up to the destination, and no other place counts as the destination."""
     car, stack = stage.ego(STREET, (11, -1, 110.0))
     length_m = stack.route_length_m
     assert length_m == pytest.approx(70.0, abs=1.5)
@@ -114,7 +115,8 @@ def test_the_road_is_fetched_once_for_an_episode(stage):
     assert later.key != first.key and later.route_start_m > first.route_start_m
 
 
-def test_a_parked_fire_engine_hides_the_road_and_a_parked_car_does_not(stage):
+def test_sight_is_blocked_by_fire_truck_and_not_by_car(stage):
+    """A parked fire truck occludes the road; a parked car does not."""
     _, stack = stage.ego(STREET, STREET_END)
     parked = stage.add(CAR, (11, -1, 65.0))
     stage.ticks(12)
@@ -159,7 +161,8 @@ def test_a_light_ahead_is_told_from_the_front_bumper(stage):
     assert control.distance_m == pytest.approx(gap, abs=0.3)
 
 
-def test_the_scene_names_what_is_ahead_and_where_the_route_may_begin_anew(stage):
+def test_scene_has_objects_ahead_and_candidate_waypoints(stage):
+    """The scene names the objects ahead and the places where the route may begin anew."""
     car, stack = stage.ego(AVENUE, AVENUE_END)
     ahead = stage.add(CAR, (3, -1, 70.0), role="scenario")
     stage.drive(car, stack, 0.5)
@@ -259,8 +262,11 @@ def test_a_replan_may_begin_in_the_lane_beside(stage):
 
 
 @pytest.mark.parametrize("left_m", [30.0, 4.0, -6.0])
-def test_a_replan_beside_the_destination_does_not_go_round_the_town(stage, left_m):
-    """From the lane beside, abreast of the destination, the only route to it leads once round the block."""
+def test_replan_beside_destination_does_not_circle_block(stage, left_m):
+    """A replan beside the destination does not lead around the town.
+
+    From the adjacent lane, next to the destination, the only route to it leads once around the block.
+    """
     end = (3, -1, 140.0)
     car, stack = stage.ego(AVENUE, end)
     stage.drive(car, stack, 1.0)
@@ -279,7 +285,8 @@ def test_a_replan_beside_the_destination_does_not_go_round_the_town(stage, left_
     assert stage.driver.route[-1].waypoint.transform.location.distance(goal) < 4.0
 
 
-def test_a_route_from_the_lane_beside_ends_abreast_of_a_destination_too_near_to_change_back(stage):
+def test_replan_near_destination_ends_alongside_it(stage):
+    """A route from the adjacent lane ends alongside a destination that is too near to change back."""
     end = (3, -1, 140.0)
     car, stack = stage.ego(AVENUE, end)
     stage.drive(car, stack, 1.0)
@@ -306,7 +313,8 @@ def test_a_replan_from_an_unknown_place_begins_here(stage):
     assert speed_of(car) > 3.0
 
 
-def test_a_safe_stop_halts_with_hazard_lights_which_go_out_when_the_drive_goes_on(stage):
+def test_safe_stop_hazard_lights_end_when_drive_continues(stage):
+    """A safe stop switches on hazard lights, which go out when the drive continues."""
     car, stack = stage.ego(STREET, STREET_END)
     stage.drive(car, stack, 3.0)
     stage.drive(car, stack, 4.0, SafeStop(reason="nothing more can be done"))

@@ -22,13 +22,15 @@ def opendrive(latitude_deg, longitude_deg):
     origin=st.tuples(st.floats(-70.0, 70.0), st.floats(-179.0, 179.0)),
     place=st.tuples(st.floats(-3000.0, 3000.0), st.floats(-3000.0, 3000.0)),
 )
-def test_what_the_receiver_makes_of_a_place_is_that_place_again(origin, place):
+def test_local_of_receiver_fix_is_original_place(origin, place):
+    """The fix that the receiver computes for a place gives that place again."""
     text, (x, y) = opendrive(*origin), place
     point = geo_point(map_reference(text), Vector(x, -y, 0.0))
     assert GeoReference(text).local(point.latitude, point.longitude) == pytest.approx((x, y), abs=1e-4)
 
 
-def test_a_degree_north_of_the_equator_is_a_degree_of_the_earths_circle():
+def test_local_degree_north_is_degree_of_great_circle():
+    """A degree north of the equator is a degree of the earth's circle."""
     x, y = GeoReference("<OpenDRIVE/>").local(0.001, 0.002)
     degree_m = math.radians(1.0) * EARTH_RADIUS_M
     assert (x, y) == (pytest.approx(0.002 * degree_m), pytest.approx(0.001 * degree_m, rel=1e-6))

@@ -57,10 +57,11 @@ def test_everything_else_stays_what_it_is(other: dict[str, Any]) -> None:
     assert KnownPosts([POST]).told(track) is track
 
 
-def test_a_driver_by_sensors_keeps_the_distance_of_a_thing_from_a_post() -> None:
+def test_driver_sensor_mode_treats_post_as_object() -> None:
+    """In sensor mode, a driver keeps the gap of an object from a post, not that of a pedestrian."""
     read: Any = PerceivedBoxes.__new__(PerceivedBoxes)
     read._eyes, read._range_m = SimpleNamespace(percept=None, now_s=0.0), 60.0
-    read._near, read._far = SimpleNamespace(told=lambda _: (SEEN,)), SimpleNamespace(told=lambda _: ())
+    read._near, read._far = SimpleNamespace(told=lambda _: (SEEN,)), SimpleNamespace(reported_tracks=lambda _: ())
     read._posts = KnownPosts([POST])
     assert not read.read(0.0, 0.0).is_walker.any()
     read._posts = KnownPosts([])

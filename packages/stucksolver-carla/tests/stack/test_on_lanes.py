@@ -60,7 +60,8 @@ def sideways(track: Track) -> float:
 
 
 @pytest.mark.parametrize("v", [8.0, -8.0])
-def test_noise_across_the_lane_is_left_out_and_the_speed_along_it_kept(v: float) -> None:
+def test_on_lane_removes_lateral_noise_and_keeps_speed(v: float) -> None:
+    """Noise across the lane is removed, and the speed along it is kept."""
     told = on_lane(car(60.0, LANE_D, v, -0.7), lanes(), EGO)
     assert sideways(told) == pytest.approx(0.0)
     assert told.vx_mps == pytest.approx(v)
@@ -74,7 +75,8 @@ def test_who_changes_lanes_nearby_is_seen_to(x: float) -> None:
     assert on_lane(leaving, lanes(), EGO) == leaving
 
 
-def test_a_new_track_whose_course_nobody_knows_yet_follows_its_lane() -> None:
+def test_on_lane_new_track_follows_its_lane() -> None:
+    """A new track of unknown course follows its lane."""
     fresh = car(72.0, LANE_D, -7.0, -3.5, sd=2.5)
     assert sideways(on_lane(fresh, lanes(), EGO)) == pytest.approx(0.0)
     settled = replace(fresh, covariance=np.diag([0.2, 0.2, 0.1, 0.4, 0.4]) ** 2)
@@ -98,7 +100,8 @@ def test_nothing_else_is_changed(track: Track, road: Any) -> None:
 
 
 @pytest.mark.parametrize("yaw_deg", [0.0, -35.0])
-def test_who_follows_its_lane_and_is_hidden_keeps_to_it_and_may_be_anywhere_along_it(yaw_deg: float) -> None:
+def test_on_lane_occluded_track_is_uncertain_only_along_lane(yaw_deg: float) -> None:
+    """An occluded track that follows its lane stays in it, and may be anywhere along it."""
     yaw = -math.radians(yaw_deg)
     ahead, side = np.array([math.cos(yaw), math.sin(yaw)]), np.array([-math.sin(yaw), math.cos(yaw)])
     wide = np.diag([2.0, 2.0, 0.1, 1.5, 1.5]) ** 2

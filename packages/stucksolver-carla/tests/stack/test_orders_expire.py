@@ -36,7 +36,8 @@ def silent(stage, car, stack, directive, seconds):
 
 @pytest.mark.integration
 @pytest.mark.parametrize("says_nothing", [True, False])
-def test_in_silence_the_path_is_stopped_on_and_then_the_driver_drives_itself(stage, says_nothing):
+def test_directive_expired_stops_on_path_then_driver_drives(stage, says_nothing):
+    """Without answers, the ego stops on the path; then the driver drives by itself."""
     car, stack = stage.ego(STREET, STREET_END)
     order = swerve(stack, LEFT_M, 80.0)
     stage.drive(car, stack, 3.0, order)
@@ -66,7 +67,8 @@ def test_the_silent_vehicle_goes_no_further_than_a_stop_takes(stage):
 
 
 @pytest.mark.integration
-def test_in_silence_a_path_is_finished_where_a_stop_would_not_do(stage):
+def test_directive_expired_past_commit_point_finishes_path(stage):
+    """Without answers, a path is finished where a stop would not be safe."""
     car, stack = stage.ego(STREET, STREET_END)
     order = swerve(stack, LEFT_M, 40.0)
     committed = order.model_copy(update={"path": tuple(p.model_copy(update={"no_stop": True}) for p in order.path)})
@@ -147,8 +149,11 @@ def test_an_agents_driver_brakes_as_hard_as_it_is_told(stage, brake_mps2):
     assert LEAST * brake_mps2 < (speeds[first] - speeds[last]) / ((last - first) * TICK_S) < MOST * brake_mps2
 
 
-def test_an_agents_driver_that_stops_on_a_bent_path_stays_on_it(stage):
-    """What was proven is a stop along the path, not along its tangent."""
+def test_agent_driver_stop_on_curved_path_stays_on_it(stage):
+    """An agent's driver that stops on a curved path stays on it.
+
+    The proven stop is along the path, not along its tangent.
+    """
     car, driver = driver_on(stage, FakeAgent, end=(11, -1, 110.0))
     here = car.get_transform()
     yaw = math.radians(here.rotation.yaw)
@@ -204,12 +209,13 @@ def unfit():
 
 @pytest.mark.integration
 @pytest.mark.parametrize("name", sorted(unfit()))
-def test_an_order_that_cannot_be_performed_is_stood_still_at_and_said_once(stage, capsys, name):
+def test_directive_not_performable_stops_and_is_reported_once(stage, capsys, name):
+    """A directive that cannot be performed stops the ego and is reported once."""
     car, stack = stage.ego(STREET, STREET_END)
     stage.drive(car, stack, 3.0)
     stage.drive(car, stack, 3.0, unfit()[name])
     assert speed_of(car) < 0.1
-    assert capsys.readouterr().err.count("stands still") == 1
+    assert capsys.readouterr().err.count("the vehicle stops") == 1
     stage.drive(car, stack, 3.0, CONTINUE)
     assert speed_of(car) > 1.0
 
@@ -217,7 +223,8 @@ def test_an_order_that_cannot_be_performed_is_stood_still_at_and_said_once(stage
 # ---- beside an agent
 
 
-def test_a_solver_that_fails_in_the_agents_process_does_not_end_its_loop(stage, capsys):
+def test_solver_failure_in_agent_process_keeps_its_loop(stage, capsys):
+    """A solver that fails in the agent's process does not end its loop."""
     car, driver = driver_on(stage, FakeAgent, end=(11, -1, 110.0), keeps_going=False)
     helped = stucksolver_carla.attach(driver.agent, ladder="evaluation", clock="lockstep")
     order = None

@@ -17,7 +17,7 @@ carla = pytest.importorskip("carla")
 import carlette.maps  # noqa: E402
 from stucksolver.scene import EgoState, ObjectKind, TrackedObject  # noqa: E402
 from stucksolver_carla.drivers.behavior.routing import trace_route  # noqa: E402
-from stucksolver_carla.stack.alternative_routes import other_ways, sharpest, way_over  # noqa: E402
+from stucksolver_carla.stack.alternative_routes import junction_alternatives, max_curvature, transition_curve  # noqa: E402
 from stucksolver_carla.stack.carla_frames import to_local  # noqa: E402
 from stucksolver_carla.stack.route_road import RouteRoad  # noqa: E402
 
@@ -50,7 +50,7 @@ def ways_from(into_m, *things, aside_m=0.0):
     yaw = -math.radians(waypoint.transform.rotation.yaw)
     ego = EgoState(x_m=x, y_m=y + aside_m, yaw_rad=yaw, speed_mps=0.0, length_m=4.9, width_m=1.85)
     arc = here.arc_of(x, y, 0, len(here.stations))
-    return other_ways(grid_town(), here, arc, ego, things, points[-1].waypoint.transform.location)
+    return junction_alternatives(grid_town(), here, arc, ego, things, points[-1].waypoint.transform.location)
 
 
 def barrier(x, y):
@@ -69,12 +69,14 @@ def barrier(x, y):
 
 
 @pytest.mark.integration
-def test_who_has_begun_to_turn_right_may_still_go_straight_on():
+def test_other_ways_in_right_turn_offer_straight_on():
+    """An ego that has begun to turn right may still go straight on."""
     (way,) = ways_from(6)
     assert way.turn == "straight" and way.distance_m < 5.0
 
 
-def test_the_new_route_goes_round_the_block_and_not_back_into_the_street():
+def test_other_ways_route_avoids_closed_street():
+    """The new route leads around the block and not back into the street."""
     (way,) = ways_from(6)
     _, points = road()
     assert way.route_length_m is not None and way.route_length_m > 2 * len(points)
@@ -83,7 +85,7 @@ def test_the_new_route_goes_round_the_block_and_not_back_into_the_street():
     assert closed not in {item.waypoint.road_id for item in route}
 
 
-def test_the_new_route_begins_on_the_very_lane_that_is_offered():
+def test_other_ways_route_begins_on_offered_lane():
     (way,) = ways_from(6)
     found = grid_town().get_waypoint(way.waypoint.transform.location)
     assert (found.road_id, found.lane_id) == (way.waypoint.road_id, way.waypoint.lane_id)
@@ -111,7 +113,7 @@ def test_the_way_over_stays_on_the_road():
 @given(st.floats(-20, 20), st.floats(5, 20), st.floats(-0.8, 0.8), st.floats(-3, 3))
 def test_a_way_over_begins_and_ends_as_it_should(x, ahead, turn, yaw):
     start, end = (x, 1.0, yaw), (x + ahead * math.cos(yaw), 1.0 + ahead * math.sin(yaw), yaw + turn)
-    a, b, heading = way_over(start, end)
+    a, b, heading = transition_curve(start, end)
     assert (a[0], b[0], a[-1], b[-1]) == pytest.approx((start[0], start[1], end[0], end[1]))
     assert abs(math.remainder(heading[0] - start[2], math.tau)) < 0.15
     assert abs(math.remainder(heading[-1] - end[2], math.tau)) < 0.15
@@ -120,4 +122,4 @@ def test_a_way_over_begins_and_ends_as_it_should(x, ahead, turn, yaw):
 @pytest.mark.parametrize("radius_m", [5.0, 12.0])
 def test_the_sharpest_bend_of_a_circle_is_its_own(radius_m):
     angle = np.linspace(0.0, 1.5, 60)
-    assert 1.0 / sharpest(radius_m * np.cos(angle), radius_m * np.sin(angle)) == pytest.approx(radius_m, rel=0.05)
+    assert 1.0 / max_curvature(radius_m * np.cos(angle), radius_m * np.sin(angle)) == pytest.approx(radius_m, rel=0.05)

@@ -52,25 +52,26 @@ def around(*bodies, top=1.5):
     ids=["bumper to bumper", "askew", "just struck", "a car ahead as quick", "brushed", "in the next lane"],
 )
 def test_what_moves_as_one_with_the_ego_is_pushed(body, is_pushed):
-    assert (PushDetector().look(EGO_AT_5, around(body)) == {1}) == is_pushed
+    assert (PushDetector().update(EGO_AT_5, around(body)) == {1}) == is_pushed
 
 
 def test_who_stands_pushes_nothing_and_a_bridge_is_not_pushed():
     at_rest = EGO_AT_5._replace(vx=0.0)
-    assert not PushDetector().look(at_rest, around((4.8, 0.0, 0.0)))
-    assert not PushDetector().look(EGO_AT_5, around((4.8, 0.0, 5.0), top=7.0))
+    assert not PushDetector().update(at_rest, around((4.8, 0.0, 0.0)))
+    assert not PushDetector().update(EGO_AT_5, around((4.8, 0.0, 5.0), top=7.0))
 
 
-def test_what_was_pushed_rolls_on_until_it_stands_or_speeds_up():
+def test_push_detector_keeps_pushed_object_until_it_stops():
+    """A pushed object rolls on until it stops or speeds up."""
     pushing, ego = PushDetector(), EGO_AT_5._replace(vx=1.0)
-    assert pushing.look(EGO_AT_5, around((4.8, 0.0, 5.0))) == {1}
-    assert pushing.look(ego, around((8.0, 0.0, 3.0))) == {1}
-    assert not pushing.now
-    assert pushing.look(ego, around((9.5, 0.0, 1.0))) == {1}
-    assert not pushing.look(ego, around((9.9, 0.0, 0.0)))
-    assert not pushing.look(ego, around((10.2, 0.0, 1.0)))
-    assert pushing.look(EGO_AT_5, around((4.8, 0.0, 5.0))) == {1}
-    assert not pushing.look(ego, around((9.0, 0.0, 6.0)))
+    assert pushing.update(EGO_AT_5, around((4.8, 0.0, 5.0))) == {1}
+    assert pushing.update(ego, around((8.0, 0.0, 3.0))) == {1}
+    assert not pushing.pushed_ids
+    assert pushing.update(ego, around((9.5, 0.0, 1.0))) == {1}
+    assert not pushing.update(ego, around((9.9, 0.0, 0.0)))
+    assert not pushing.update(ego, around((10.2, 0.0, 1.0)))
+    assert pushing.update(EGO_AT_5, around((4.8, 0.0, 5.0))) == {1}
+    assert not pushing.update(ego, around((9.0, 0.0, 6.0)))
 
 
 def blind_driver(stage):
@@ -101,7 +102,8 @@ def test_alone_it_pushes_the_car_down_the_street(stage):
 
 @pytest.mark.slow
 @pytest.mark.integration
-def test_helped_it_stops_pushing_within_seconds_and_goes_round_the_car(stage):
+def test_solver_pushing_driver_stops_and_passes_car(stage):
+    """With the solver, the driver stops pushing within seconds and passes the car."""
     car, parked, agent = blind_driver(stage)
     events, touching, struck = [], False, 0
     helped = stucksolver_carla.attach(agent, ladder="evaluation", clock="lockstep", on_event=events.append)

@@ -67,7 +67,9 @@ def run(server, folder: Path, script: Path = EXAMPLE) -> subprocess.CompletedPro
 def short(folder: Path) -> Path:
     """Write the example with a limit of 2 s of driving."""
     path = folder / "short.py"
-    path.write_text(EXAMPLE.read_text().replace("LIMIT_TICKS = 2400", "LIMIT_TICKS = 40"))
+    path.write_text(
+        EXAMPLE.read_text(encoding="utf-8").replace("LIMIT_TICKS = 2400", "LIMIT_TICKS = 40"), encoding="utf-8"
+    )
     return path
 
 
@@ -96,7 +98,7 @@ def test_example_with_a_public_copy_arrives(server, folder):
 
 def test_example_that_does_not_arrive_exits_with_one(server, tmp_path):
     folder = package(tmp_path, "plain", 5.0, 1.2)
-    (folder / "agents/navigation/behavior_agent.py").write_text(NEVER)
+    (folder / "agents/navigation/behavior_agent.py").write_text(NEVER, encoding="utf-8")
     done = run(server, folder, short(tmp_path))
     assert (done.returncode, done.stdout.splitlines()[-1]) == (1, "did not arrive")
 
@@ -104,9 +106,9 @@ def test_example_that_does_not_arrive_exits_with_one(server, tmp_path):
 def test_example_with_agents_that_are_too_old_says_so(server, tmp_path):
     """Also it leaves no vehicle behind: the next example would find its place taken."""
     folder = package(tmp_path, "plain", 5.0, 1.2)
-    (folder / "agents/navigation/behavior_agent.py").write_text(OLD)
+    (folder / "agents/navigation/behavior_agent.py").write_text(OLD, encoding="utf-8")
     done = run(server, folder)
     assert done.returncode == 1
     assert re.fullmatch(r"the BehaviorAgent of .* has no get_local_planner; use .*\n", done.stderr), done.stderr
-    (folder / "agents/navigation/behavior_agent.py").write_text(NEVER)
+    (folder / "agents/navigation/behavior_agent.py").write_text(NEVER, encoding="utf-8")
     assert run(server, folder, short(tmp_path)).stdout.endswith("did not arrive\n")

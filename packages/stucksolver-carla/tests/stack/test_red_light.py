@@ -81,7 +81,8 @@ class Crossing:
 
 
 @pytest.mark.slow
-def test_before_a_red_light_the_ego_waits_whatever_is_said_and_goes_at_green(server: SimulatorServer) -> None:
+def test_red_light_waits_despite_guidance_and_goes_at_green(server: SimulatorServer) -> None:
+    """Before a red light the ego waits, whatever a passenger says, and it goes at green."""
     crossing = Crossing(server)
     with crossing.solver:
         crossing.show(carla.TrafficLightState.Red)

@@ -20,7 +20,7 @@ def controls(stage, ends) -> RouteTrafficControls:
 
 
 @pytest.mark.parametrize("ends", [TO_JUNCTION, INTO_JUNCTION_200])
-def test_a_red_light_ahead_is_told_with_the_way_to_its_stop_line(stage, ends):
+def test_red_light_ahead_is_reported_with_stop_line_distance(stage, ends):
     road, light = demo_road(*ends), stage.light(ends[0][0])
     light.set_state(carla.TrafficLightState.Red)
     light.freeze(True)
@@ -49,7 +49,8 @@ def test_every_state_has_its_word(stage, name, state):
     assert control.state.value == state
 
 
-def test_a_light_counts_from_120_m_before_its_line_to_3_m_past_it(stage):
+def test_light_counts_near_its_line(stage):
+    """A light counts from 120 m before its line to 3 m past it."""
     road = demo_road(*TO_JUNCTION)
     lights = controls(stage, TO_JUNCTION)
     arc = lights.ahead(road.start_arc)[0].distance_m + road.start_arc

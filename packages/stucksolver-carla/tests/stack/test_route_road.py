@@ -43,7 +43,7 @@ def lanes_at(road: RouteRoad, arc_m: float) -> list[tuple]:
 
 
 @pytest.mark.integration
-def test_on_the_street_the_oncoming_lane_lies_to_the_left_behind_a_broken_line():
+def test_street_oncoming_lane_is_left_behind_broken_line():
     assert lanes_at(demo_road(*STREET), 200.0) == [
         (-3.5, "sidewalk", "same", "kerb"),
         (-2.0, "shoulder", "same", "none"),
@@ -54,7 +54,8 @@ def test_on_the_street_the_oncoming_lane_lies_to_the_left_behind_a_broken_line()
     ]
 
 
-def test_on_the_avenue_the_double_line_binds_and_the_lane_beside_is_ours():
+def test_avenue_double_line_is_solid_and_adjacent_lane_same():
+    """On the avenue the double line is solid, and the adjacent lane has the ego's direction."""
     inner = [lane for lane in lanes_at(demo_road(*AVENUE_INNER), 200.0) if lane[1] == "driving"]
     assert inner == [
         (-3.5, "driving", "same", "broken"),
@@ -73,7 +74,8 @@ def test_on_the_avenue_the_double_line_binds_and_the_lane_beside_is_ours():
 
 @pytest.mark.integration
 @pytest.mark.parametrize("name", TOWNS)
-def test_arc_lengths_grow_and_the_reference_follows_the_waypoints_within_5_cm(name):
+def test_road_reference_follows_waypoints_within_5_cm(name):
+    """Arc lengths grow, and the reference line follows the waypoints within 5 cm."""
     for road, way in zip(some_roads(name), some_routes(name), strict=True):
         steps = np.diff(road.arc)
         assert (steps > 1.0).all() and (steps < 2.01).all()
@@ -97,7 +99,7 @@ def _changes_lanes(road: RouteRoad) -> bool:
 
 @pytest.mark.integration
 @pytest.mark.parametrize("name", TOWNS)
-def test_the_own_lane_has_no_offset_and_spans_the_whole_slice(name):
+def test_road_own_lane_has_zero_offset_over_whole_slice(name):
     for road in some_roads(name):
         geometry = road.slice(road.start_arc + 60.0, 10.0)
         own = [s for s in geometry.lanes if s.id.startswith("own")]
@@ -108,7 +110,8 @@ def test_the_own_lane_has_no_offset_and_spans_the_whole_slice(name):
 
 @pytest.mark.integration
 @pytest.mark.parametrize("name", TOWNS)
-def test_every_lane_lies_where_the_map_has_it_also_in_bends(name):
+def test_road_lanes_match_map_in_bends(name):
+    """Every lane lies where the map has it, also in bends."""
     town_map, checked, bent = town(name), 0, 0
     for road in some_roads(name):
         if _changes_lanes(road):
@@ -146,7 +149,7 @@ def _off_the_map(town_map, strip, x: float, y: float, heading: float, z: float =
     return min(found, default=(math.inf, 0.0))
 
 
-def test_the_lanes_of_the_ring_s_corner_lie_where_the_map_has_them():
+def test_road_lanes_match_map_in_ring_corner():
     town_map, frame = town("demo_town"), RoadFrame(demo_road(*RING_CORNER).slice(260.0, None))
     assert float(np.ptp(frame.headings)) > math.radians(60)
     for lane in frame.lanes:
@@ -188,14 +191,15 @@ def _lane_names(geometry, arc: float) -> list[str]:
     return sorted(lane.strip.id.split("@")[0] for lane in frame.lanes if lane.start_m <= arc <= lane.end_m)
 
 
-def test_the_destination_lies_beyond_a_slice_that_does_not_reach_it():
+def test_road_slice_before_destination_has_no_destination():
+    """The destination lies beyond a slice that does not reach it."""
     way = demo_road(*STREET)
     assert way.slice(way.start_arc, None).destination_m is None
     assert way.slice(way.destination_arc, None).destination_m == pytest.approx(way.destination_arc)
 
 
 @pytest.mark.parametrize("ends", [THROUGH_JUNCTION, TURN_RIGHT, TURN_LEFT])
-def test_a_junction_is_a_zone_in_which_only_the_own_lane_is_known(ends):
+def test_road_junction_zone_has_only_own_lane(ends):
     road = demo_road(*ends)
     geometry = road.slice(160.0, None)
     (zone,) = [z for z in geometry.zones if z.kind is ZoneKind.JUNCTION]
@@ -211,7 +215,8 @@ def test_a_junction_is_a_zone_in_which_only_the_own_lane_is_known(ends):
 
 
 @pytest.mark.parametrize("ends", [THROUGH_JUNCTION, TURN_RIGHT, TURN_LEFT, ((1, 2, 60.0), (21, -2, 60.0))])
-def test_every_crosswalk_under_the_way_is_a_zone_and_no_other(ends):
+def test_road_crosswalk_zones_match_map_outlines(ends):
+    """Every crosswalk under the path is a zone, and no other place is."""
     road = demo_road(*ends)
     zones = [z for z in road.slice(180.0, None).zones if z.kind is ZoneKind.CROSSWALK]
     assert len(zones) == 2
@@ -234,7 +239,8 @@ def test_the_road_goes_on_past_the_destination():
     assert road.arc[-1] - road.destination_arc == pytest.approx(80.0, abs=2.5)
 
 
-def test_a_stop_line_counts_only_on_the_route_s_lane_and_in_its_direction():
+def test_road_crossing_needs_route_lane_and_direction():
+    """A stop line counts only on the lane of the route and in its direction."""
     road, town_map = demo_road(*AVENUE_INNER), town("demo_town")
 
     def crossing(lane: int) -> float | None:
@@ -245,7 +251,7 @@ def test_a_stop_line_counts_only_on_the_route_s_lane_and_in_its_direction():
     assert crossing(1) is None
 
 
-def test_a_route_that_begins_where_the_lane_begins_is_read_all_the_same():
+def test_route_starting_at_begin_of_lane_is_read():
     town_map = town("demo_town")
     road = RouteRoad(town_map, route(town_map, (11, -1, 0.5), (11, -1, 30.0)))
     assert road.destination_arc - road.start_arc == pytest.approx(29.5, abs=1.5)
@@ -276,6 +282,7 @@ def test_a_marking_binds_as_seen_from_the_route_s_side(marking, into, expected):
     assert line_kind(Marking(marking), into) is expected
 
 
-def test_where_there_is_no_marking_there_is_no_line_but_onto_a_sidewalk_there_is_a_kerb():
+def test_line_kind_without_marking_is_none_or_kerb_at_sidewalk():
+    """Where there is no marking, there is no line, but a curb at a sidewalk."""
     assert line_kind(None, LaneKind.DRIVING) is LineKind.NONE
     assert line_kind(None, LaneKind.SIDEWALK) is LineKind.KERB

@@ -58,7 +58,8 @@ def test_only_debris_that_is_low_and_wide_is_flat(what: tuple[str, float, float,
     assert is_flat(thing(*what)) == flat
 
 
-def test_a_driver_by_sensors_drives_over_loose_dirt_and_brakes_for_the_rest() -> None:
+def test_boxes_sensor_mode_exclude_flat_debris() -> None:
+    """In sensor mode, a driver drives over loose dirt and brakes for all other objects."""
     tracks = (thing("debris", 1.4, 1.1, 0.15, 1), thing("debris", 0.6, 0.5, 0.35, 2), thing("car", 4.5, 1.9, 1.5, 3))
     read: Any = PerceivedBoxes.__new__(PerceivedBoxes)
     read._eyes, read._range_m = SimpleNamespace(percept=None, now_s=0.0), 60.0

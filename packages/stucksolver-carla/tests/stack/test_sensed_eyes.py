@@ -116,9 +116,10 @@ def test_whoever_has_gone_blind_brakes(world: Any, street: tuple[Any, Any], faul
         eyes.close()
 
 
-def test_whoever_has_measured_that_its_lidar_is_turned_brakes_and_stays(
+def test_turned_lidar_measured_brakes_and_stays_stopped(
     world: Any, street: tuple[Any, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """A vehicle that has measured that its LiDAR is turned brakes and stays stopped."""
     ego, _ = street
     measured = iter([math.radians(-2.0)])
     # It says so once, as a vehicle that stands afterwards measures nothing.

@@ -93,12 +93,14 @@ def test_who_comes_is_told_nearer_and_quicker_than_measured() -> None:
     assert abs(across) < 0.1
 
 
-def test_who_is_in_an_oncoming_lane_and_not_yet_measured_comes_as_quickly_as_traffic_can() -> None:
+def test_far_oncoming_unmeasured_is_reported_at_maximum_speed() -> None:
+    """A vehicle in an oncoming lane without a measured speed is reported as fast as traffic can be."""
     assert told(far(100.0, ONCOMING_D, rate=0.0, rate_sd=15.0))[2] == pytest.approx(-30.0, abs=0.3)
     assert told(far(100.0, ONCOMING_D, rate=-20.0, rate_sd=15.0))[2] == pytest.approx(-FASTEST_MPS, abs=0.3)
 
 
-def test_who_stands_in_an_oncoming_lane_is_told_to_come_by_no_more_than_the_error() -> None:
+def test_far_oncoming_stopped_is_reported_approaching_within_error() -> None:
+    """A stopped vehicle in an oncoming lane is reported as approaching no faster than the error (2 sd)."""
     assert told(far(100.0, ONCOMING_D, rate=0.0, rate_sd=1.0))[2] == pytest.approx(-2.0, abs=0.1)
 
 
@@ -107,17 +109,20 @@ def test_who_surely_goes_away_in_an_oncoming_lane_goes_away() -> None:
     assert told(goes)[2] == pytest.approx(8.0, abs=0.1)
 
 
-def test_a_few_looks_make_nobody_go_away_in_an_oncoming_lane() -> None:
+def test_far_oncoming_few_detections_do_not_recede() -> None:
+    """A few detections do not make a vehicle in an oncoming lane drive away."""
     goes = replace(far(100.0, ONCOMING_D, rate=20.0, rate_sd=4.0), hits=3)
     assert told(goes)[2] == pytest.approx(0.0, abs=0.1)
 
 
-def test_nothing_is_claimed_of_who_drives_ahead_until_its_rate_is_known() -> None:
+def test_far_lead_is_reported_only_with_known_rate() -> None:
+    """A lead vehicle is not reported until its speed is known."""
     assert to_reported_track(far(80.0, OWN_D, rate=5.0, rate_sd=8.0), MAP, 0.0) is None
     assert told(far(80.0, OWN_D, rate=5.0, rate_sd=2.0))[2] == pytest.approx(5.0, abs=0.1)
 
 
-def test_in_our_own_lane_only_a_rate_beyond_doubt_is_believed_to_come() -> None:
+def test_far_own_lane_approach_needs_certain_rate() -> None:
+    """In the ego's lane, a vehicle is reported as approaching only if its speed is certain."""
     assert told(far(80.0, OWN_D, rate=-2.0, rate_sd=2.0))[2] == 0.0
     assert told(far(80.0, OWN_D, rate=-10.0, rate_sd=2.0))[2] == pytest.approx(-14.0, abs=0.2)
 
@@ -174,13 +179,13 @@ def recall() -> SightModel:
 
 
 def seen_from(
-    seen: FreeSpace | None = None, far_tracks: tuple[FarTrack, ...] = (), blockers: Floats = NOTHING
+    free_space: FreeSpace | None = None, far_tracks: tuple[FarTrack, ...] = (), blockers: Floats = NOTHING
 ) -> PerceptionResult:
     none = np.zeros(0)
     nobody = FarDetections(1.0, none, none, none, none, none, np.zeros(0, np.int64), none, DAY)
     view = FarView((FarImage(nobody, pose(), blockers),), CameraSight(RIG.camera, recall()), recall())
     about = {"tracks": (), "attributes": {}, "lights": {}, "far": nobody, "picture_time_s": 1.0}
-    return PerceptionResult(pose=pose(), seen=seen or space(50.0), far_tracks=far_tracks, far_view=view, **about)
+    return PerceptionResult(pose=pose(), seen=free_space or space(50.0), far_tracks=far_tracks, far_view=view, **about)
 
 
 def sight(percept: PerceptionResult) -> dict[str, tuple[float, float]]:
@@ -191,7 +196,8 @@ def sight(percept: PerceptionResult) -> dict[str, tuple[float, float]]:
     return {item.lane_id.split("@")[0]: (item.ahead_m, item.behind_m) for item in found}
 
 
-def test_the_oncoming_lane_is_seen_on_by_the_camera_where_the_ground_sends_back_no_more_rays() -> None:
+def test_sight_camera_extends_lidar_in_oncoming_lane() -> None:
+    """The camera extends the sight of the oncoming lane beyond the last ground return of the LiDAR."""
     both, lidar = sight(seen_from()), sight(replace(seen_from(), far_view=None))
     assert lidar["left1-oncoming"][0] == pytest.approx(50.0, abs=2.0)
     assert both["left1-oncoming"][0] > 100.0
@@ -202,13 +208,15 @@ def test_behind_sight_is_the_lidars() -> None:
     assert [item[1] for item in both.values()] == [item[1] for item in lidar.values()]
 
 
-def test_the_camera_sees_past_nothing_that_the_lidar_found_to_be_tall() -> None:
+def test_sight_camera_ends_at_tall_lidar_object() -> None:
+    """The camera's sight ends at an object that the LiDAR measured as tall."""
     assert sight(seen_from(space(50.0, blocked_m=50.0)))["left1-oncoming"][0] < 52.0
     ahead = sight(seen_from(space(50.0, blocked_m=80.0)))["left1-oncoming"][0]
     assert 70.0 < ahead < 81.0
 
 
-def test_what_is_tall_but_tracked_hides_only_what_its_box_hides_from_the_camera() -> None:
+def test_sight_tracked_tall_object_occludes_only_its_box() -> None:
+    """A tall tracked object occludes only what its box occludes from the camera."""
     tall = seen_from(space(50.0, blocked_m=20.0))
     assert sight(tall)["left1-oncoming"][0] < 52.0
     tracked = replace(tall, unknown_m=np.full(AZIMUTHS, math.inf))
@@ -221,13 +229,14 @@ def test_something_tall_aside_of_a_lane_ends_no_sight() -> None:
     assert sight(seen_from(space(50.0, blocked_m=20.0, only=0.8)))["left1-oncoming"][0] > 100.0
 
 
-def test_a_tracked_bus_ends_the_sight_of_the_lane_behind_it() -> None:
+def test_sight_behind_tracked_bus_ends() -> None:
     aside = ONCOMING_D - OWN_D
     bus = np.array([[60.0, aside, 1.6, 12.0, 2.5, 3.2, 0.0]])
     assert sight(seen_from(blockers=bus))["left1-oncoming"][0] < 75.0
 
 
-def test_what_was_seen_a_moment_ago_is_known_but_for_who_may_have_come_in_since() -> None:
+def test_sight_recent_view_shrinks_by_possible_entries() -> None:
+    """Space that was visible a moment ago counts as free, less where a vehicle may have entered since."""
     eyes: Any = SimpleNamespace(percept=replace(seen_from(space(50.0)), far_view=None))
     x, y, yaw = place(0.0)
     ego = EgoState(x_m=x, y_m=y, yaw_rad=yaw, speed_mps=0.0, length_m=4.8, width_m=1.9)
@@ -245,5 +254,6 @@ def test_what_was_seen_a_moment_ago_is_known_but_for_who_may_have_come_in_since(
     assert oncoming(2.5, 8.0) < 10.0, "a second later nothing of it is known"
 
 
-def test_the_driver_knows_the_ids_of_those_that_only_the_camera_tracks():
+def test_far_tracks_first_id_is_same_in_driver():
+    """The driver has the same first id for tracks of the camera alone."""
     assert FIRST_FAR_ID == FIRST_ID

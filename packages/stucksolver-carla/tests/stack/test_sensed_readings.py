@@ -35,12 +35,14 @@ def felt(acceleration=(0.0, 0.0, 0.0), turning=(0.0, 0.0, 0.0), compass=0.0):
     )
 
 
-def test_a_point_to_the_right_of_the_sensor_is_to_our_right_and_as_high_as_the_mount():
+def test_lidar_points_right_of_sensor_are_right_at_mount_height():
+    """A point to the right of the sensor is to the right of the ego, as high as the mount."""
     points = lidar_points(swept([10.0, 2.0, -1.0, 0.5]), SensorMount(x_m=1.0, y_m=0.0, z_m=2.5).to_vehicle())
     assert points.tolist() == [[11.0, -2.0, 1.5, 0.5]]
 
 
-def test_a_sensor_turned_to_the_left_sees_ahead_of_it_what_is_on_our_left():
+def test_lidar_points_of_left_turned_sensor_are_left():
+    """A sensor that is turned to the left has ahead of it what is on the ego's left."""
     turned = SensorMount(x_m=0.0, y_m=0.0, z_m=0.0, yaw_deg=90.0)
     points = lidar_points(swept([10.0, 0.0, 0.0, 1.0]), turned.to_vehicle())
     assert points[0, :3].tolist() == pytest.approx([0.0, 10.0, 0.0], abs=1e-5)
@@ -63,7 +65,7 @@ def test_carla_puts_a_sensor_where_the_rig_says(place, yaw, pitch, roll):
     np.testing.assert_allclose(FLIP @ carlas @ FLIP, mount.to_vehicle(), atol=1e-5)
 
 
-def test_a_turn_to_the_left_is_positive_and_so_is_acceleration_to_the_left():
+def test_imu_sample_left_turn_and_acceleration_are_positive():
     sample = imu_sample(felt((1.0, -2.0, 9.75), (0.125, 0.25, -0.5)), 3.0)
     assert sample.time_s == 3.0
     assert sample.acceleration_mps2 == (1.0, 2.0, 9.75)
@@ -87,14 +89,15 @@ def test_wheels_that_stand_count_nothing():
     assert wheel_speed_mps(STANDS_MPS / 2.0, 5.0, np.random.default_rng(0)) == 0.0
 
 
-def test_wheels_that_turn_err_as_much_as_the_rig_says_in_reverse_too():
+def test_wheel_speed_error_matches_rig_in_reverse():
+    """Turning wheels have the error that the rig states, in reverse too."""
     random = np.random.default_rng(0)
     off = np.array([wheel_speed_mps(-3.0, 0.05, random) + 3.0 for _ in range(2000)])
     assert abs(off.mean()) < 0.005
     assert off.std() == pytest.approx(0.05, rel=0.1)
 
 
-def test_the_noise_of_wheels_does_not_hang_on_who_stood_before():
+def test_wheel_speed_noise_is_independent_of_earlier_stop():
     stood, drove = np.random.default_rng(4), np.random.default_rng(4)
     wheel_speed_mps(0.0, 0.05, stood)
     wheel_speed_mps(9.0, 0.05, drove)

@@ -49,11 +49,11 @@ def failing(name, seed=0):
     return before, now, fault.after(now, 1.0)
 
 
-def is_same(one, other):
+def is_same(first, other):
     """Field for field, arrays by their values."""
-    if one is None or other is None:
-        return one is other
-    pairs = ((getattr(one, field.name), getattr(other, field.name)) for field in fields(one))
+    if first is None or other is None:
+        return first is other
+    pairs = ((getattr(first, field.name), getattr(other, field.name)) for field in fields(first))
     return all(np.array_equal(a, b) for a, b in pairs)
 
 
@@ -106,20 +106,22 @@ def test_a_missing_sensor_is_silent(name, sensor, field):
 @pytest.mark.parametrize(
     ("name", "field", "data"), [("lidar-frozen", "sweep", "points"), ("camera-frozen", "picture", "rgb")]
 )
-def test_a_frozen_sensor_gives_its_last_good_data_as_if_they_were_new(name, field, data):
+def test_fault_frozen_sensor_repeats_last_data_with_new_time(name, field, data):
     before, now, after = failing(name)
     assert getattr(after, field).time_s == getattr(now, field).time_s
     assert np.array_equal(getattr(getattr(after, field), data), getattr(getattr(before, field), data))
 
 
-def test_a_frozen_camera_shows_its_last_picture_though_there_was_none_on_the_last_tick():
+def test_fault_frozen_camera_shows_last_available_image():
+    """A frozen camera shows its last image even if there was none on the last tick."""
     fault, first = SensorFault("camera-frozen", FROM_S), measured(0.9)
     fault.after(first, 0.9)
     fault.after(measured(0.95, picture=False), 0.95)
     assert np.array_equal(fault.after(measured(1.0), 1.0).picture.rgb, first.picture.rgb)
 
 
-def test_a_turned_lidar_sees_everything_two_degrees_to_the_left_and_as_far_away():
+def test_fault_turned_lidar_rotates_points_by_2_deg_left():
+    """A turned LiDAR has all points two degrees farther left, at the same distance."""
     _, now, after = failing("lidar-turned")
     was, points = now.sweep.points.astype(float), after.sweep.points.astype(float)
     turned = np.angle((points[:, 0] + 1j * points[:, 1]) / (was[:, 0] + 1j * was[:, 1]))
@@ -128,7 +130,7 @@ def test_a_turned_lidar_sees_everything_two_degrees_to_the_left_and_as_far_away(
     assert np.array_equal(points[:, 2:], was[:, 2:])
 
 
-def test_a_sparse_lidar_keeps_a_quarter_of_its_points_as_they_were():
+def test_fault_sparse_lidar_keeps_quarter_of_points():
     _, now, after = failing("lidar-sparse")
     whole = {row.tobytes() for row in now.sweep.points}
     assert all(row.tobytes() in whole for row in after.sweep.points)
@@ -151,7 +153,8 @@ def test_a_black_camera_shows_nothing_at_all():
     assert not after.picture.rgb.any()
 
 
-def test_salt_covers_its_share_of_the_lens_always_in_the_same_places():
+def test_fault_salted_camera_covers_same_places():
+    """Salt covers its share of the lens, always in the same places."""
     fault = SensorFault("camera-salted")
     masks = []
     for time_s in (1.0, 1.2):

@@ -21,7 +21,7 @@ from stucksolver_perception.rig import load_rig
 RIG = load_rig()
 
 
-def test_the_height_of_a_fix_is_as_noisy_as_its_place():
+def test_gnss_setup_altitude_noise_equals_position_noise():
     told = gnss_setup(RIG, 0).attributes
     assert told["noise_alt_stddev"] == RIG.gnss_noise_m
     for axis in ("lat", "lon"):
@@ -40,7 +40,7 @@ def test_any_seed_fits_into_the_blueprints_attribute(seed):
     assert 0 <= imu_setup(RIG, seed).attributes["noise_seed"] < SEEDS
 
 
-def test_all_cameras_of_the_rig_have_its_place_and_its_lens():
+def test_camera_setups_share_mount_and_lens():
     picture, instances = (
         camera_setup(RIG.camera, 0.5),
         camera_setup(RIG.camera, 0.5, "sensor.camera.instance_segmentation"),
@@ -80,11 +80,11 @@ class Vehicle:
         return self.blueprints
 
 
-def test_a_simulator_without_such_a_sensor_is_named_with_the_remedy():
+def test_mount_sensor_missing_sensor_is_named_with_remedy():
     with pytest.raises(SensorError, match=r"no sensor\.other\.imu; use carlette, or CARLA"):
         mount_sensor(Vehicle(), imu_setup(RIG, 0))
 
 
-def test_a_simulator_whose_sensor_lacks_an_attribute_is_named_with_it():
+def test_mount_sensor_missing_attribute_is_named():
     with pytest.raises(SensorError, match=r"sensor\.lidar\.ray_cast .* no attribute channels; use carlette"):
         mount_sensor(Vehicle(Blueprint()), lidar_setup(RIG, 0))

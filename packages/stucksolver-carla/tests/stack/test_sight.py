@@ -50,8 +50,11 @@ class Lookout:
         return {item.lane_id.split("@")[0]: (item.ahead_m, item.behind_m) for item in found}
 
 
-def test_on_a_straight_road_every_lane_and_the_shoulder_are_seen_to_the_range():
-    """The shoulder of our side: a vehicle that pulls over must see where it will stand, and on from there."""
+def test_sight_straight_road_reaches_range_on_all_lanes():
+    """On a straight road, every lane and the shoulder are visible up to the range.
+
+    The shoulder on the ego's side: a vehicle that pulls over needs sight of the place to stop, and beyond.
+    """
     seen = Lookout(STRAIGHT, 250.0).seen()
     assert set(seen) == {"own", "left1-oncoming", "left2-oncoming", "right1-driving", "right2-shoulder"}
     for ahead, behind in seen.values():
@@ -67,7 +70,8 @@ def test_a_bend_cuts_the_sight():
         assert ahead < straight_m - 20.0, lane
 
 
-def test_the_inside_of_a_bend_hides_the_more_the_nearer_it_is():
+def test_sight_bend_occludes_more_when_near():
+    """The inside of a bend occludes more the nearer it is."""
     far, near = (Lookout(CORNER, arc).seen()["own"][0] for arc in (220.0, 330.0))
     assert near < far < 150.0
 
@@ -108,7 +112,8 @@ def test_a_lane_is_not_seen_beyond_its_end():
     assert lookout.seen()["left1-oncoming"][0] <= oncoming.end_m - lookout.arc_m < 45.0
 
 
-def test_an_oncoming_lane_is_seen_through_the_junction_before_it_unless_something_hides_it():
+def test_sight_oncoming_lane_is_visible_through_junction():
+    """An oncoming lane is visible through the junction before it unless an object occludes it."""
     road = demo_road((11, 1, 60.0), (1, -1, 60.0))
     lookout = Lookout(((11, 1, 60.0), (1, -1, 60.0)), road.start_arc + 20.0)
     further = [lane for lane in lookout.frame.lanes if lane.start_m > lookout.arc_m and "oncoming" in lane.strip.id]

@@ -53,7 +53,8 @@ def drive(reader, seconds, speed=lambda time_s: 0.0, every_s=0.2, until_s=np.inf
     return told
 
 
-def test_nothing_is_read_before_the_ego_has_stood_or_while_it_drives():
+def test_sign_watch_moving_or_just_stopped_reads_nothing():
+    """No sign is read while the ego drives or before it has been stopped for long enough."""
     reader = Reader()
     drive(reader, STOOD_S - TICK_S)
     drive(reader, 20.0, speed=lambda _: 3.0)
@@ -61,7 +62,8 @@ def test_nothing_is_read_before_the_ego_has_stood_or_while_it_drives():
     assert reader.crops == []
 
 
-def test_one_crop_is_read_a_second_and_a_word_counts_after_two():
+def test_sign_watch_reads_one_crop_per_s_and_confirms_twice():
+    """One crop is read per second, and a word counts after two of them."""
     reader = Reader()
     told = drive(reader, 12.0)
     assert len(reader.crops) == pytest.approx((12.0 - STOOD_S) / PERIOD_S, abs=1)
@@ -82,7 +84,8 @@ def test_words_are_gone_as_soon_as_the_ego_moves():
     assert not any(signs for time_s, signs in told if time_s >= 12.0)
 
 
-def test_a_picture_is_looked_at_once_so_a_camera_that_died_confirms_nothing():
+def test_sign_watch_reads_image_once_so_dead_camera_confirms_nothing():
+    """Each image is read once, so a camera that has died confirms nothing."""
     reader = Reader()
     told = drive(reader, 12.0, until_s=STOOD_S)
     assert len(reader.crops) == 1
@@ -93,6 +96,7 @@ def test_without_a_reader_nothing_happens():
     assert not any(signs for _, signs in drive(None, 12.0))
 
 
-def test_a_reader_that_cannot_be_loaded_is_told_once_and_ends_the_reading(capsys):
+def test_sign_watch_reader_not_loadable_is_reported_once(capsys):
+    """A reader that cannot be loaded is reported once and ends the reading."""
     assert not any(signs for _, signs in drive(Reader(SignReaderError("no libGL; install it")), 12.0))
     assert capsys.readouterr().err == "stucksolver: words on signs are not read: no libGL; install it\n"

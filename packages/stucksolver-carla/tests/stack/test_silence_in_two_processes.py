@@ -86,7 +86,8 @@ def drives_a_path(recovery):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seconds", [pytest.param(0.3, marks=pytest.mark.release), 2.5])
-def test_a_stopped_solver_holds_no_tick_up_and_is_heard_again_when_it_goes_on(stage, stuck, seconds):
+def test_stopped_solver_delays_no_tick_and_resumes(stage, stuck, seconds):
+    """A stopped solver delays no tick, and its answers count again when it goes on."""
     car, make, told = stuck
     bumps = collisions_of(stage, car)
     recovery = make("wall")
@@ -113,7 +114,7 @@ def killed(stage, car, recovery, at_mps, stops):
     """
 
     def due():
-        stands_well = not recovery._lease.no_stop_at(*recovery._place())
+        stands_well = not recovery._lease.no_stop_at(*recovery._path_position())
         return drives_a_path(recovery) and speed_of(car) > at_mps and stands_well is stops
 
     came = run(stage, car, recovery, 120.0, due)
@@ -127,7 +128,8 @@ def killed(stage, car, recovery, at_mps, stops):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("clock", ["wall", pytest.param("lockstep", marks=pytest.mark.release)])
-def test_killed_before_the_commit_point_it_leaves_a_vehicle_that_stops_and_then_drives_itself(stage, stuck, clock):
+def test_killed_solver_before_commit_point_stops_then_driver_drives(stage, stuck, clock):
+    """A solver killed before the commit point leaves a vehicle that stops and then drives by itself."""
     car, make, _told = stuck
     bumps = collisions_of(stage, car)
     recovery = make(clock)

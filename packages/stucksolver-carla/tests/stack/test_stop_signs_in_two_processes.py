@@ -13,7 +13,7 @@ from townstage import CAR, Stage  # noqa: E402
 from stucksolver.scene import ControlKind  # noqa: E402
 from stucksolver_bridge.world_data import WorldData  # noqa: E402
 from stucksolver_carla.drivers.behavior import BehaviorDriver  # noqa: E402
-from stucksolver_carla.sidecar.session import _Carla  # noqa: E402
+from stucksolver_carla.sidecar.session import _MirroredStack  # noqa: E402
 from stucksolver_carla.stack import CarlaStack  # noqa: E402
 from stucksolver_eval.simulator_server import carlette_server  # noqa: E402
 
@@ -54,7 +54,7 @@ def test_every_stop_sign_reaches_the_solver_where_it_stands(signed):
         driver.set_destination(end.transform.location)
         here = CarlaStack(car, driver, signed.map)
         facts = WorldData(car, signed.map)
-        there = _Carla(
+        there = _MirroredStack(
             over_the_wire(facts.opening(driver.route, 3.0)), lambda what, f=facts: over_the_wire(f.give(what))
         )
         ours, theirs = here.surroundings().controls, there.surroundings().controls

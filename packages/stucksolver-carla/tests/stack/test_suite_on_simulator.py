@@ -43,30 +43,32 @@ def measured(seen):
     return readings(seen, seed=3)
 
 
-def readings(seen, seed=0, count=TICKS, **more):
-    suite = SensorSuite(seen.actors[0], seen.map, RIG, seed=seed, **more)
+def readings(stage, seed=0, count=TICKS, **more):
+    suite = SensorSuite(stage.actors[0], stage.map, RIG, seed=seed, **more)
     try:
         found = []
         for _ in range(count):
-            seen.world.tick()
+            stage.world.tick()
             found.append(suite.read())
         return found
     finally:
         suite.close()
-        seen.world.tick()
+        stage.world.tick()
 
 
 def fixes(found):
     return np.array([(item.fix.x_m, item.fix.y_m, item.fix.z_m) for item in found])
 
 
-def test_every_sensor_speaks_on_every_tick_and_the_camera_when_it_is_due(measured):
+def test_suite_sensors_report_each_tick_and_camera_when_due(measured):
+    """Every sensor reports on every tick, and the camera when it is due."""
     assert [item.silent for item in measured] == [()] * TICKS
     assert all(item.sweep and item.imu and item.fix for item in measured)
     assert [item.picture is not None for item in measured] == [True, False, False, False, True, False]
 
 
-def test_a_camera_whose_period_the_ticks_do_not_divide_is_waited_for_when_it_is_due(seen):
+def test_suite_camera_period_not_multiple_of_tick_is_awaited(seen):
+    """A camera whose period is no multiple of the tick is waited for when it is due."""
     found = readings(seen, count=9, picture_every_s=0.12)
     assert [i for i, item in enumerate(found) if item.picture is not None] == [0, 3, 5, 8]
     assert not any(item.silent for item in found)
@@ -86,7 +88,8 @@ def test_the_compass_is_the_cars_heading(seen, measured):
     assert np.abs(off).max() < 0.01
 
 
-def test_what_stands_feels_gravity_does_not_turn_and_has_still_wheels(measured):
+def test_suite_stopped_vehicle_measures_gravity_without_motion(measured):
+    """A stopped vehicle measures gravity, no rotation and no wheel speed."""
     felt = np.array([item.imu.acceleration_mps2 for item in measured])
     np.testing.assert_allclose(felt, [[0.0, 0.0, 9.81]] * TICKS, atol=0.1)
     assert np.abs([item.imu.rotation_rps for item in measured]).max() < 0.01
@@ -101,7 +104,7 @@ def test_the_road_around_the_car_lies_at_height_zero(measured):
     assert np.abs(points[lane, 2]).max() < 0.3
 
 
-def test_the_picture_has_the_rigs_size_and_the_sky_above_the_road(measured):
+def test_suite_image_has_rig_size_and_sky_above_road(measured):
     rgb = measured[0].picture.rgb
     assert (rgb.shape, rgb.dtype) == ((RIG.camera.height_px, RIG.camera.width_px, 3), np.uint8)
     red, _, blue = rgb[:20].reshape(-1, 3).mean(axis=0)
@@ -113,8 +116,11 @@ def test_noise_repeats_for_the_same_seed_and_differs_for_another(seen, measured)
     assert np.abs(fixes(readings(seen, seed=4)) - fixes(measured)).max() > 0.1
 
 
-def test_in_a_world_that_does_not_wait_a_slow_reader_gets_what_is_new(seen):
-    """Which tick a fix is of is known by its noise."""
+def test_suite_without_waiting_slow_reader_gets_new_data(seen):
+    """In a world that does not wait, a slow reader gets new data.
+
+    The tick of a fix is identified by its noise.
+    """
     known, missed = fixes(readings(seen, seed=5, count=12)), 12
     suite = SensorSuite(seen.actors[0], seen.map, RIG, seed=5, waits=False)
     seen.ticks(missed)

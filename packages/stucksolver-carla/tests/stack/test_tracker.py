@@ -75,7 +75,8 @@ def test_role_names_say_nothing(stage):
         ("static.prop.unheard_of", {}, ObjectKind.PROP),
     ],
 )
-def test_old_blueprints_without_a_base_type_are_told_by_name_and_wheels(type_id, attributes, kind):
+def test_kind_of_old_blueprint_uses_name_and_wheels(type_id, attributes, kind):
+    """Old blueprints without a base type are classified by name and number of wheels."""
     assert kind_of(type_id, attributes) is kind
 
 
@@ -119,7 +120,8 @@ def test_standing_time_grows_and_starts_anew_after_a_move(stage):
     assert halted.stationary_s < halted.moved_s_ago <= halted.stationary_s + 0.51
 
 
-def test_hazard_and_brake_lights_are_read_back_and_a_single_blinker_is_no_hazard(stage):
+def test_tracker_reads_hazard_and_brake_lights_not_single_blinker(stage):
+    """Hazard and brake lights are read, and a single blinker is no hazard light."""
     ego = stage.add(CAR, (3, -1, 10.0))
     others = [stage.add(CAR, (3, -2, 20.0 + 15.0 * k)) for k in range(4)]
     others[0].set_light_state(HAZARD)
@@ -147,7 +149,8 @@ def test_who_is_gone_or_out_of_range_is_forgotten(stage):
     assert str(far.id) in look(stage, Tracker(stage.world, ego.id, range_m=300.0), ego)
 
 
-def test_roof_lights_of_an_emergency_vehicle_are_seen_and_so_is_for_how_long(stage):
+def test_tracker_reads_emergency_lights_and_their_duration(stage):
+    """The roof lights of an emergency vehicle are read, and so is how long it has been visible."""
     ego, van = stage.add(CAR, (3, -2, 30.0)), stage.add("vehicle.ford.ambulance", (3, -2, 60.0))
     stage.ticks(1)
     tracker = Tracker(stage.world, ego.id)

@@ -84,7 +84,8 @@ def drive(stage, car, stack, seconds, ladder="evaluation", answer=None):
 
 @pytest.mark.release
 @pytest.mark.slow
-def test_before_a_closed_road_the_vehicle_turns_round_and_reaches_its_destination_by_another(stage):
+def test_closed_road_turns_around_and_reaches_destination(stage):
+    """Before a closed road, the vehicle turns around and reaches its destination by another road."""
     car, stack = stage.ego((1, -1, 50.0), (3, 1, 150.0))
     close(stage, BARRIER_AT_M)
     hits = watch_collisions(stage, car)
@@ -105,7 +106,8 @@ def is_turn(question):
 
 
 @pytest.mark.release
-def test_over_a_solid_line_the_passenger_is_asked_before_the_vehicle_moves(solid_stage):
+def test_solid_line_turn_asks_passenger_before_moving(solid_stage):
+    """Over a solid line, the passenger is asked before the vehicle moves."""
     car, stack = solid_stage.ego((1, -1, 50.0), (3, 1, 150.0))
     close(solid_stage, BARRIER_AT_M)
     asked = []

@@ -34,14 +34,16 @@ def right_of_lane(path: LanePath, index: int) -> float:
     return -(path.x[index] - place.x) * math.sin(yaw) + (path.y[index] - place.y) * math.cos(yaw)
 
 
-def test_a_line_grows_as_far_as_it_is_asked_for_and_no_further():
+def test_lane_path_grow_extends_only_to_requested_length():
+    """A path grows to the requested length and at most 4 m beyond it."""
     path = LanePath([start()])
     path.grow(50.0)
     assert 50.0 <= path.s[-1] < 54.0 and not path.ended
     assert all(1.5 < after - before < 2.5 for before, after in zip(path.s[:-1], path.s[1:], strict=True))
 
 
-def test_a_line_comes_over_from_where_the_car_is_and_keeps_its_offset():
+def test_lane_path_merge_starts_at_vehicle_and_keeps_offset():
+    """A path that merges begins at the vehicle, crosses over steadily and ends at its lateral offset."""
     path = LanePath([start()], offset_m=0.5, merge=(-1.5, 20.0))
     path.grow(40.0)
     rights = [right_of_lane(path, k) for k in range(len(path.x))]
@@ -60,7 +62,8 @@ def test_a_car_slows_in_time_before_a_bend():
 
 
 @given(st.floats(0.0, 100.0))
-def test_a_point_of_the_line_is_as_far_from_its_start_as_it_says(s):
+def test_lane_path_point_lies_at_its_arc_length(s):
+    """The point at an arc length lies on the path, no farther from its start than the arc length."""
     path = LanePath([start()])
     path.grow(110.0)
     x, y = path.point(s)

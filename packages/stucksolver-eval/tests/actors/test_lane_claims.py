@@ -47,7 +47,8 @@ def crossing_of(one: Car) -> JunctionSpan:
     return one.path.crossings[0]
 
 
-def test_who_is_held_by_a_red_light_gives_up_its_claim_to_the_junction() -> None:
+def test_lane_claims_red_light_releases_claim_to_junction() -> None:
+    """A car that a red light holds loses its claim to the junction, so that another car may enter."""
     here, there = ways_that_meet()
     light = SimpleNamespace(state=GREEN)
     first, second = car(1, here, light), car(2, there, SimpleNamespace(state=GREEN))

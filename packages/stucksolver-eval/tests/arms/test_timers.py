@@ -57,7 +57,8 @@ def stand(seconds: float, moves_at_s: float = 1e9) -> tuple[TimerSystem, Driver]
     return arm, driver
 
 
-def test_it_waits_reverses_and_overtakes_on_either_side_by_its_timers() -> None:
+def test_timer_baseline_waits_reverses_then_overtakes_on_both_sides() -> None:
+    """The baseline waits after 8 s, reverses after 15 s, and overtakes left after 30 s and right after 60 s."""
     arm, _ = stand(79.0)
     begun = [(i.rung, round(i.start_s)) for i in arm.log.interventions]
     assert begun == [("wait", 8), ("reverse", 15), ("overtake left", 30), ("overtake right", 60)]

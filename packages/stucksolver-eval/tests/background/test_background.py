@@ -94,7 +94,8 @@ def drive(client: Any) -> Iterator[Any]:
         item.close()
 
 
-def test_two_cars_ahead_and_two_behind_stand_in_each_lane_at_first(drive):
+def test_background_start_places_two_cars_ahead_and_behind(drive):
+    """At the start, each lane has two cars ahead of the ego and two behind, 15 m apart."""
     start = drive()
     start.run(0.25)
     assert {slot: [round(m) for m in values] for slot, values in start.ahead_m().items()} == {
@@ -213,7 +214,8 @@ def test_space_is_left_in_front(drive):
     assert len(ahead) == 4 and min(ahead) > 49.0
 
 
-def test_a_lane_is_emptied_and_stays_empty_until_it_is_given_back(drive):
+def test_background_removed_lane_stays_empty_until_readded(drive):
+    """A lane that a scenario removes becomes empty and stays so until the scenario adds it again."""
     asked = drive()
     asked.run(0.25)
     lane = asked.route.waypoint_at(20.0).get_left_lane()

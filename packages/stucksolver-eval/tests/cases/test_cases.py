@@ -32,7 +32,8 @@ def test_people_crossing_at_red_mean_no_plan(results):
     assert results[0].progress_m > 5.0
 
 
-def test_a_car_with_an_open_door_is_passed_in_the_left_lane(results):
+def test_case_car_with_open_door_is_passed_left(results):
+    """A car with an open door is passed in the left lane."""
     plan = results[1].decided.decision.plan
     assert isinstance(plan.behaviors[0], ChangeLane) and plan.behaviors[0].side == "left"
     assert results[1].progress_m > 50.0

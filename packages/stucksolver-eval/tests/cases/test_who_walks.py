@@ -11,7 +11,8 @@ from carlette.camera.models.people import clothes_of
 from stucksolver_eval.scenarios.types.street.people_at_red_light import WALKERS
 
 
-def test_the_people_on_the_crossing_are_of_one_size_and_each_has_clothes_of_another_colour() -> None:
+def test_case_pedestrians_differ_only_in_clothes() -> None:
+    """The pedestrians on the crosswalk are equal in size, mass and age, and each has clothes of another color."""
     people = [load_catalog().walkers[walker] for walker in WALKERS]
     assert len({(person.box, person.mass_kg, person.age) for person in people}) == 1
     clothes = [clothes_of(person.id, person.gender, person.age) for person in people]

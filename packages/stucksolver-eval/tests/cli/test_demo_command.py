@@ -113,19 +113,21 @@ def test_a_bad_map_file_is_named_with_what_is_wrong(refused, out: Path, tmp_path
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may read everything")
 def test_a_map_file_without_permission_is_named(refused, out: Path, tmp_path: Path) -> None:
     path = tmp_path / "town.xodr"
-    path.write_text(EMPTY_MAP)
+    path.write_text(EMPTY_MAP, encoding="utf-8")
     path.chmod(0o000)
     assert str(path) in refused(out, "--map", str(path))
 
 
-def test_an_unknown_town_is_told_with_where_it_was_looked_for(refused, out: Path, tmp_path: Path) -> None:
+def test_demo_unknown_town_error_names_searched_folder(refused, out: Path, tmp_path: Path) -> None:
+    """The error for an unknown town names the town and the folder that was searched."""
     line = refused(out, "--map", "Nowhere", "--maps", str(tmp_path))
     assert "'Nowhere'" in line and str(tmp_path) in line
 
 
-def test_a_map_without_a_place_for_it_is_told_with_the_remedy(refused, out: Path, tmp_path: Path) -> None:
+def test_demo_map_without_suitable_street_names_remedy(refused, out: Path, tmp_path: Path) -> None:
+    """A map without a suitable street is an error that says what was searched and how to go on."""
     path = tmp_path / "short.xodr"
-    path.write_text(SHORT_ROAD)
+    path.write_text(SHORT_ROAD, encoding="utf-8")
     line = refused(out, "--map", str(path))
     assert "Searched" in line and "use another map" in line
 
@@ -145,10 +147,9 @@ def test_a_bad_choice_is_told_with_the_good_ones(refused, out: Path, arguments, 
         assert word in line
 
 
-def test_a_folder_that_cannot_be_written_is_told_before_any_run(
-    refused, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    (tmp_path / "file").write_text("I am a file")
+def test_demo_unwritable_folder_fails_before_any_run(refused, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A folder that cannot be written is reported before any simulator starts."""
+    (tmp_path / "file").write_text("I am a file", encoding="utf-8")
     monkeypatch.setattr(subprocess, "Popen", None)  # no simulator can be started
     line = refused(tmp_path / "file" / "out")
     assert str(tmp_path / "file") in line and "--out" in line
@@ -166,7 +167,8 @@ def test_a_port_that_is_none_is_told(refused, out: Path, port: str) -> None:
     assert port in refused(out, "--host", "127.0.0.1", "--port", port)
 
 
-def test_without_the_carla_package_the_pythons_that_have_it_are_named(mark: str, out: Path) -> None:
+def test_demo_without_carla_package_names_supported_python_versions(mark: str, out: Path) -> None:
+    """Without the carla package, the error names the Python versions that have it and the extra to install."""
     process = start(mark, "demo", "--out", str(out), program="import sys; sys.modules['carla'] = None; " + PROGRAM)
     said, errors = process.communicate(timeout=HANGS_S)
     assert (process.returncode, said) == (2, ""), errors
@@ -190,7 +192,8 @@ KEPT = sorted(
 ONE_ARM = "import stucksolver_eval.demo as demo; demo.ARMS = demo.ARMS[1:2]; "
 
 
-def test_a_run_ends_with_a_table_a_report_and_its_log(mark: str, out: Path) -> None:
+def test_demo_run_writes_table_report_and_log(mark: str, out: Path) -> None:
+    """A run ends with a table and the path of the report; only the expected files are written."""
     process = start(mark, "demo", "--out", str(out), "--oncoming", "0", program=ONE_ARM + PROGRAM)
     said, errors = process.communicate(timeout=HANGS_S)
     assert process.returncode == 0, errors
@@ -204,7 +207,7 @@ def test_a_run_ends_with_a_table_a_report_and_its_log(mark: str, out: Path) -> N
 @pytest.mark.release
 def test_a_map_without_road_marks_is_driven_too(mark: str, out: Path, tmp_path: Path) -> None:
     path = tmp_path / "bare.xodr"
-    path.write_text(SHORT_ROAD.replace('length="60"', 'length="900"'))
+    path.write_text(SHORT_ROAD.replace('length="60"', 'length="900"'), encoding="utf-8")
     told = ("--map", str(path), "--out", str(out), "--oncoming", "0", "--no-pictures")
     process = start(mark, "demo", *told, program=ONE_ARM + PROGRAM)
     said, errors = process.communicate(timeout=HANGS_S)

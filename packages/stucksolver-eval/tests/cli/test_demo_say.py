@@ -24,7 +24,8 @@ def said(tmp_path, capsys, words):
 
 @pytest.mark.release
 @pytest.mark.integration
-def test_it_says_what_it_understood_why_it_waits_and_what_came_of_it(tmp_path, capsys):
+def test_demo_say_prints_interpretation_wait_reason_and_outcome(tmp_path, capsys):
+    """In both streets, the output contains the interpretation, the reason for waiting and the outcome."""
     out, logs = said(tmp_path, capsys, "Be a dear and slip round that one in front")
     assert [log["result"]["plans_accepted"] for log in logs] == [1, 1]
     assert out.index("passenger: Be a dear") < out.index("car: understood: overtake (")

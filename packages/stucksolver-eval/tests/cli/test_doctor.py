@@ -28,7 +28,8 @@ def test_in_this_environment_everything_that_the_demonstration_needs_is_there(ca
 
 
 @pytest.mark.integration
-def test_what_is_not_there_is_told_with_its_remedy_and_fails_where_it_is_needed(capsys):
+def test_doctor_missing_packages_are_reported_with_remedy(capsys):
+    """Missing packages are reported with a remedy, and a required one makes the command fail."""
     blocked = "import sys; sys.modules['carla'] = sys.modules['onnxruntime'] = sys.modules['openai'] = None; "
     hides = (
         "import importlib.util as u; found = u.find_spec; "
@@ -67,7 +68,8 @@ def test_a_key_or_a_server_is_a_language_model(monkeypatch):
     assert found.state == "ok" and "secret" not in found.detail
 
 
-def test_what_listens_where_carla_would_is_asked_whether_it_is_carla(monkeypatch):
+def test_doctor_foreign_server_on_carla_port_is_broken(monkeypatch):
+    """A server on CARLA's port that does not answer as CARLA is reported as broken, a closed port as absent."""
     pytest.importorskip("carla")
     from stucksolver_carla.commands import checks
 
@@ -89,7 +91,7 @@ def test_a_machine_without_a_browser_is_told_what_to_install(monkeypatch, tmp_pa
     monkeypatch.setenv("PATH", str(tmp_path))
     [found] = doctor._browser()
     assert found.state == "absent" and "apt install chromium" in found.remedy
-    (tmp_path / "firefox").write_text("#!/bin/sh\n")
+    (tmp_path / "firefox").write_text("#!/bin/sh\n", encoding="utf-8")
     (tmp_path / "firefox").chmod(0o755)
     [found] = doctor._browser()
     assert (found.state, found.detail) == ("ok", str(tmp_path / "firefox"))
@@ -99,15 +101,16 @@ def test_a_mistake_in_the_configuration_is_found(monkeypatch, tmp_path):
     from stucksolver.commands import doctor
 
     monkeypatch.setenv("STUCKSOLVER_CONFIG", str(tmp_path / "mine.toml"))
-    (tmp_path / "mine.toml").write_text("[demo]\nsede = 1\n")
+    (tmp_path / "mine.toml").write_text("[demo]\nsede = 1\n", encoding="utf-8")
     [found] = doctor._settings()
     assert found.state == "broken" and "did you mean 'seed'?" in found.detail
-    (tmp_path / "mine.toml").write_text("[demo]\nseed = 1\n")
+    (tmp_path / "mine.toml").write_text("[demo]\nseed = 1\n", encoding="utf-8")
     [found] = doctor._settings()
     assert found.state == "ok" and "mine.toml" in found.detail
 
 
-def test_ports_can_be_opened_here_and_a_system_that_forbids_it_is_named(monkeypatch):
+def test_doctor_system_that_forbids_ports_is_broken(monkeypatch):
+    """Ports can be opened here; a system that forbids it is reported as broken, with a remedy."""
     from stucksolver.commands import doctor
 
     assert next(doctor._ports()).state == "ok"

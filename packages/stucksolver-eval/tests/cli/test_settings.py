@@ -55,7 +55,8 @@ def test_a_flag_with_the_default_value_still_beats_the_file():
     assert parsed("demo", "--seed", "1").seed == 1
 
 
-def test_the_file_is_the_one_told_then_the_variables_then_this_folders_then_the_users(monkeypatch, tmp_path):
+def test_settings_file_precedence_is_flag_variable_folder_user(monkeypatch, tmp_path):
+    """The file is that of --config, then of STUCKSOLVER_CONFIG, then of this folder, then of the user."""
     write("[demo]\nseed = 1001\n", str(tmp_path / "xdg" / "stucksolver" / "config.toml"))
     assert parsed("demo").seed == 1001
     write("[demo]\nseed = 1002\n")
@@ -68,7 +69,8 @@ def test_the_file_is_the_one_told_then_the_variables_then_this_folders_then_the_
     assert parsed("--config", "none", "demo").seed == 1
 
 
-def test_a_required_option_may_stand_in_the_file_and_a_list_is_replaced_by_the_flag():
+def test_settings_file_supplies_required_option_and_flag_replaces_list():
+    """The file may contain a required option; a flag replaces a list of the file."""
     write('[evaluate]\nsuite = "dev"\nout = "here"\nsweep = ["v_min=3,5"]\nresume = true\n')
     options = parsed("evaluate")
     assert (options.suite, str(options.out), options.sweep, options.resume) == ("dev", "here", ["v_min=3,5"], True)
@@ -78,13 +80,15 @@ def test_a_required_option_may_stand_in_the_file_and_a_list_is_replaced_by_the_f
 @pytest.mark.parametrize(
     ("flag", "seeds", "seed"), [((), "7,8", 1), (("--seed", "3"), None, 3), (("--seed", "1"), None, 1)]
 )
-def test_one_seed_on_the_command_line_beats_several_in_the_file(flag, seeds, seed):
+def test_settings_seed_flag_overrides_seeds_of_file(flag, seeds, seed):
+    """One seed on the command line replaces several in the file."""
     write('[evaluate]\nsuite = "dev"\nout = "here"\nseeds = "7,8"\n')
     options = parsed("evaluate", *flag)
     assert (options.seeds, options.seed) == (seeds, seed)
 
 
-def test_parts_of_commands_have_sections_and_a_flag_beats_what_it_excludes():
+def test_settings_subcommand_has_section_and_flag_overrides_excluded_setting():
+    """A subcommand has its own section, and a flag removes the setting that it excludes."""
     write('[perception.collect]\nsuite = "dev"\nout = "data"\n')
     assert parsed("perception", "collect").suite == "dev"
     options = parsed("perception", "collect", "--towns", "Town01")
@@ -94,7 +98,7 @@ def test_parts_of_commands_have_sections_and_a_flag_beats_what_it_excludes():
 def test_what_was_taken_from_elsewhere_is_said(capsys, monkeypatch):
     monkeypatch.setenv("STUCKSOLVER_DEMO_SEED", "5")
     parsed("demo")
-    assert "seed 5, by STUCKSOLVER_DEMO_SEED" in capsys.readouterr().err
+    assert "seed 5, from STUCKSOLVER_DEMO_SEED" in capsys.readouterr().err
     parsed("demo", "--seed", "6")
     assert capsys.readouterr().err == ""
 
@@ -103,7 +107,7 @@ def test_help_names_what_the_file_says_as_the_default(capsys):
     write("[demo]\nseed = 41\n")
     with pytest.raises(SystemExit):
         main(["demo", "--help"])
-    assert "default: 41, by stucksolver.toml" in " ".join(capsys.readouterr().out.split())
+    assert "default: 41, from stucksolver.toml" in " ".join(capsys.readouterr().out.split())
 
 
 @pytest.mark.parametrize(
@@ -114,37 +118,40 @@ def test_help_names_what_the_file_says_as_the_default(capsys):
         ("[all]\nsede = 3\n", "[all] has no setting 'sede'; did you mean 'seed'?"),
         ("[ride]\nsede = 3\n", "[ride] has no setting 'sede'"),
         ("seed = 3\n", "'seed' is outside any section"),
-        ("[demo]\nseed = 'x'\n", "stucksolver.toml: [demo] seed: 'x' is not possible; give a whole number"),
-        ("[demo]\nseed = true\n", "[demo] seed: True is not possible"),
-        ("[demo]\nseed = [1]\n", "[demo] seed: [1] is not possible"),
-        ("[demo]\nroad = 'mud'\n", "[demo] road: 'mud' is not possible; choose from any, one_lane, multi_lane"),
-        ("[ride]\nonce = 'yes'\n", "[ride] once: 'yes' is not possible; give true or false"),
-        ("[evaluate]\nsweep = 'v_min=3'\n", "[evaluate] sweep: 'v_min=3' is not possible; give a list"),
+        ("[demo]\nseed = 'x'\n", "stucksolver.toml: [demo] seed: expected a whole number, got 'x'"),
+        ("[demo]\nseed = true\n", "[demo] seed: expected one value, got True"),
+        ("[demo]\nseed = [1]\n", "[demo] seed: expected one value, got [1]"),
+        ("[demo]\nroad = 'mud'\n", "[demo] road: invalid value 'mud'; choose from any, one_lane, multi_lane"),
+        ("[ride]\nonce = 'yes'\n", "[ride] once: expected true or false, got 'yes'"),
+        ("[evaluate]\nsweep = 'v_min=3'\n", "[evaluate] sweep: expected a list, got 'v_min=3'"),
         ("[memory.forgot]\ndays = 1\n", "did you mean 'memory.forget'?"),
         ("[evaluate]\nunguarded = true\n", "[evaluate] has no setting 'unguarded'"),
         ("[demo\n", "stucksolver.toml cannot be read"),
     ],
 )
-def test_a_mistake_in_the_file_is_one_line_that_names_it(capsys, text, told):
+def test_settings_invalid_file_is_one_line_error(capsys, text, told):
+    """A mistake in the file is an error of one line that names it."""
     write(text)
     assert main(["demo"]) == 2
     said = capsys.readouterr()
     assert told in said.err and said.err.count("\n") == 1 and not said.out
 
 
-@pytest.mark.parametrize(("value", "told"), [("x", "STUCKSOLVER_DEMO_SEED: 'x' is not possible; give a whole number")])
+@pytest.mark.parametrize(("value", "told"), [("x", "STUCKSOLVER_DEMO_SEED: expected a whole number, got 'x'")])
 def test_a_mistake_in_a_variable_names_the_variable(capsys, monkeypatch, value, told):
     monkeypatch.setenv("STUCKSOLVER_DEMO_SEED", value)
     assert main(["demo"]) == 2
     assert told in capsys.readouterr().err
 
 
-def test_a_file_that_is_named_and_not_there_is_an_error(capsys):
+def test_settings_named_missing_file_is_an_error(capsys):
+    """A file that --config names must exist."""
     assert main(["--config", "gone.toml", "demo"]) == 2
     assert "gone.toml: no such configuration file" in capsys.readouterr().err
 
 
-def test_the_file_that_init_writes_explains_every_setting_and_changes_nothing(capsys):
+def test_settings_init_file_explains_settings_and_keeps_defaults(capsys):
+    """The file of config init explains every setting, changes no default, and is not overwritten."""
     assert main(["config", "init"]) == 0
     assert main(["config", "init"]) == 2, "it is not written over"
     used = "\n".join(

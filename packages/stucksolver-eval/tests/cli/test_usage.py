@@ -34,22 +34,23 @@ def refused(capsys, *arguments: str, program=main) -> str:
 @pytest.mark.parametrize(
     ("command", "told"),
     [
-        ("watch --port abc", "--port: 'abc' is not a port; give a number from 1 to 65535"),
-        ("demo --port 0", "--port: '0' is not a port"),
-        ("evaluate --suite dev --out x --port 65536", "--port: '65536' is not a port"),
-        ("demo --oncoming -3", "--oncoming: '-3' is not possible; give a whole number, 0 or more"),
-        ("demo --oncoming 1.5", "--oncoming: '1.5' is not possible"),
-        ("demo --seed x", "--seed: 'x' is not possible; give a whole number"),
-        ("watch --seconds -1", "--seconds: '-1' is not possible; give a number above 0"),
-        ("watch --seconds nan", "--seconds: 'nan' is not possible"),
-        ("cases --deadline 0", "--deadline: '0' is not possible"),
-        ("cases --tries 0", "--tries: '0' is not possible; give a whole number, 1 or more"),
-        ("evaluate --suite dev --out x --jobs 0", "--jobs: '0' is not possible"),
+        ("watch --port abc", "--port: expected a port from 1 to 65535, got 'abc'"),
+        ("demo --port 0", "--port: expected a port from 1 to 65535, got '0'"),
+        ("evaluate --suite dev --out x --port 65536", "got '65536'"),
+        ("demo --oncoming -3", "--oncoming: expected a whole number from 0 on, got '-3'"),
+        ("demo --oncoming 1.5", "--oncoming: expected a whole number from 0 on, got '1.5'"),
+        ("demo --seed x", "--seed: expected a whole number, got 'x'"),
+        ("watch --seconds -1", "--seconds: expected a number above 0, got '-1'"),
+        ("watch --seconds nan", "--seconds: expected a number above 0, got 'nan'"),
+        ("cases --deadline 0", "--deadline: expected a number above 0, got '0'"),
+        ("cases --tries 0", "--tries: expected a whole number from 1 on, got '0'"),
+        ("evaluate --suite dev --out x --jobs 0", "--jobs: expected a whole number from 1 on, got '0'"),
         ("evaluate --suite dev", "required: --out"),
         ("dance", "'dance'"),
     ],
 )
-def test_a_wrong_value_is_one_line_that_names_the_option_and_what_it_takes(capsys, command, told):
+def test_command_invalid_value_error_names_option_and_format(capsys, command, told):
+    """An invalid value is an error of one line that names the option and the values that it takes."""
     # Only read: what was accepted by mistake must not be driven.
     assert told in refused(capsys, *command.split(), program=full_parser().parse_args)
 
@@ -92,7 +93,8 @@ def test_the_help_names_every_default_and_explains_every_argument(name):
     assert "default: )" not in told, "a default that is empty says nothing"
 
 
-def test_the_help_of_compare_says_what_a_and_b_are_and_what_is_told(capsys):
+def test_compare_help_explains_arguments_and_output(capsys):
+    """The help of compare explains A and B, the difference and its interval."""
     with pytest.raises(SystemExit):
         main(["compare", "--help"])
     told = " ".join(capsys.readouterr().out.split())
@@ -115,7 +117,8 @@ def test_ctrl_c_names_the_way_to_go_on(capsys, monkeypatch, tmp_path):
     )
 
 
-def test_a_server_that_is_not_there_is_told_before_a_suite_is_begun(capsys, tmp_path):
+def test_evaluate_absent_server_fails_before_suite_starts(capsys, tmp_path):
+    """An absent server is reported before the suite starts, and no output folder is created."""
     pytest.importorskip("carla")
     with socket.create_server(("127.0.0.1", 0)) as gone:
         port = gone.getsockname()[1]
@@ -196,7 +199,8 @@ def test_the_example_says_that_nobody_serves_it_in_one_line(arguments, told):
 
 
 @pytest.mark.integration
-def test_a_reader_of_the_output_that_has_had_enough_gets_no_traceback():
+def test_command_closed_output_pipe_ends_without_traceback():
+    """The command ends without a traceback when the reader of its output closes the pipe."""
     program = "import sys; from stucksolver.commands.main import main; sys.exit(main(['ladder']))"
     with subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
         process.stdout.close()

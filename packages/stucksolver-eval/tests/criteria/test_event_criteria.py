@@ -81,7 +81,8 @@ def lane(start_x: float) -> list[SimpleNamespace]:
 
 
 @pytest.mark.parametrize(("start_x", "is_affected"), [(-4.5, False), (-3.9, True), (0.5, True), (1.3, False)])
-def test_a_sign_affects_who_is_near_and_headed_into_its_box(start_x: float, is_affected: bool) -> None:
+def test_stop_sign_affects_vehicles_near_and_entering_its_box(start_x: float, is_affected: bool) -> None:
+    """A stop sign affects a vehicle that is near its box and heads into it."""
     sign = StopSign(None, carla.Location(0, 0, 0), half_x=1.2, half_y=1.2)
     assert affects(sign, lane(start_x)) is is_affected
 

@@ -63,7 +63,8 @@ def test_in_the_lane_nothing_is_noted() -> None:
     assert driven(0.0).infractions == []
 
 
-def test_the_oncoming_lane_is_the_wrong_one_and_its_share_is_told() -> None:
+def test_wrong_lane_oncoming_lane_counts_with_its_share() -> None:
+    """The oncoming lane is a wrong lane, and the infraction states the share of the route in it."""
     (infraction,) = driven(float(line().waypoints[0].lane_width)).infractions
     assert infraction.percentage == pytest.approx(100.0 * (LENGTH - 9) / LENGTH, abs=4.0)
 

@@ -21,7 +21,8 @@ def test_completion_is_the_share_up_to_the_last_point_passed() -> None:
     assert (criterion.percentage, criterion.complete) == (25.0, False)
 
 
-def test_beyond_99_percent_and_near_the_end_a_route_is_complete() -> None:
+def test_route_completion_beyond_99_percent_near_end_is_complete() -> None:
+    """A route is complete when more than 99 % are driven and its end is near."""
     criterion = RouteCompletion(straight(200))
     drive(criterion, 0.0, 198.5)
     assert (criterion.percentage, criterion.complete) == (99.0, False)
@@ -45,7 +46,8 @@ def test_thirty_metres_beside_the_route_is_off_it(y: float, fails: bool) -> None
 
 
 @pytest.mark.parametrize(("to_m", "fails"), [(29.0, False), (32.0, True)])
-def test_so_is_more_than_thirty_percent_of_it_fifteen_metres_beside(to_m: float, fails: bool) -> None:
+def test_in_route_30_percent_beyond_15_m_fails(to_m: float, fails: bool) -> None:
+    """More than 30 % of the route at a lateral distance above 15 m ends the route."""
     criterion = InRoute(straight(100))
     drive(criterion, 0.0, to_m, y=16.0)
     assert (criterion.ends_route is not None) is fails
@@ -76,7 +78,8 @@ def test_a_suspended_stand_begins_anew_when_it_counts_again() -> None:
     assert criterion.ends_route is not None
 
 
-def test_speed_is_compared_at_each_twentieth_and_the_last_is_listed_twice() -> None:
+def test_min_speed_is_checked_at_twentieths_and_last_listed_twice() -> None:
+    """Speed is compared with the traffic at each twentieth of the route, and the last value is listed twice."""
     criterion = MinSpeed(straight(200))
     for k in range(400):
         criterion.update(moment(k * 0.05, k * 0.5, speed_mps=10.0, background_mps=(4.0, 12.0)))

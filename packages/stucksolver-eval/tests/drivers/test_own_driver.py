@@ -98,7 +98,8 @@ class Guest:
 
 
 @pytest.mark.parametrize("told", [lambda d: d.follow([]), lambda d: d.hold(), lambda d: d.hold(3.0)])
-def test_the_agent_is_asked_for_a_control_only_while_it_drives_itself(told):
+def test_user_agent_controls_only_while_it_drives(told):
+    """The agent is asked for a control only while no path or hold of the solver is active."""
     guest, helper = Guest(), Helper()
     driver = UserAgentDriver(guest, "mine:Agent", helper)
     assert driver.run_step().by == "guest"
@@ -150,7 +151,8 @@ class GameTime:
         cls.told.append(timestamp.elapsed_seconds)
 
 
-def test_where_an_agent_brings_scenario_runner_along_it_finds_hero_and_time_there(monkeypatch):
+def test_user_agent_scenario_runner_provides_hero_and_time(monkeypatch):
+    """An agent that uses ScenarioRunner finds the hero and the time of the run in its classes."""
     for name, parts in (
         ("srunner", {}),
         ("srunner.scenariomanager", {}),
@@ -205,7 +207,8 @@ class Sensor:
         self.give = take
 
 
-def test_while_nobody_reads_a_sensor_only_its_latest_data_is_kept():
+def test_agent_sensor_unread_keeps_only_latest_data():
+    """While a sensor is not read, only its latest data is kept."""
     sensor = Sensor()
     listening = _Listening(sensor, "mine:Agent")
     data = [Data(frame=k) for k in range(600)]
@@ -221,7 +224,8 @@ def test_while_nobody_reads_a_sensor_only_its_latest_data_is_kept():
 @pytest.mark.release
 @pytest.mark.slow
 @pytest.mark.integration
-def test_an_agent_for_the_leaderboard_is_given_what_it_asks_for(tmp_path):
+def test_leaderboard_agent_gets_requested_sensors_and_route(tmp_path):
+    """An agent for the leaderboard gets the sensors, the time, the map and the route that it requests."""
     told = tmp_path / "told.json"
     outcome = driven(f"guests:ForLeaderboard@{told}", tmp_path / "out")
     assert outcome.state == "crashed" and "that is enough" in outcome.reason
@@ -245,6 +249,7 @@ def test_an_agent_for_the_leaderboard_is_given_what_it_asks_for(tmp_path):
         pytest.param("Breaks", "the user's own fault", marks=pytest.mark.release),
     ],
 )
-def test_an_agent_that_fails_costs_its_route_alone_and_is_named(name, why, tmp_path):
+def test_failing_agent_crashes_only_its_route_and_is_named(name, why, tmp_path):
+    """An agent that fails makes only its route crash, and the reason names the agent."""
     outcome = driven(f"guests:{name}", tmp_path)
     assert outcome.state == "crashed" and why in outcome.reason and "guests" in outcome.reason

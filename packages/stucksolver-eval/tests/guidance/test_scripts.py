@@ -45,7 +45,7 @@ def test_the_seed_chooses_the_wording() -> None:
 
 def script(folder: Path, data: object) -> Path:
     path = folder / "script.json"
-    path.write_text(json.dumps(data))
+    path.write_text(json.dumps(data), encoding="utf-8")
     return path
 
 
@@ -80,7 +80,8 @@ def answers(to: str = "operator", after_s: float = 4.0) -> ScriptLine:
     return ScriptLine.model_validate({"when": {"asked": to, "after_s": after_s}, "answer": "yes", "by": to})
 
 
-def test_a_question_is_answered_after_a_while_and_by_who_was_asked() -> None:
+def test_script_question_is_answered_late_by_addressee() -> None:
+    """The person whom a question addresses answers it, after the delay of the script."""
     speaker = ScriptPlayer([answers()], Random(1))
     moments = [(10.0, question(1, "passenger")), (20.0, question(2)), (23.9, question(2)), (24.0, question(2))]
     assert [t for t, asked in moments if speaker.due(t, 0.0, 0.0, asked)] == [24.0]

@@ -27,7 +27,8 @@ DECISION = {
 }
 
 
-def test_every_figure_is_explained_and_what_others_published_is_marked_and_folded(tmp_path: Path) -> None:
+def test_evaluation_page_explains_scores_and_folds_published_ones(tmp_path: Path) -> None:
+    """Every score is explained where it is, and published scores of others are marked and folded."""
     store = begun(tmp_path / "out")
     keep(store, ROUTES[0], 1, record(ROUTES[0], 80.0, "TickRuntime", CRASH))
     page = evaluation_page(summarize(store), {})
@@ -43,14 +44,15 @@ def test_each_recovery_figure_has_a_meaning() -> None:
     assert set(RECOVERY_MEANINGS) == set(RECOVERY_HEAD[1:])
 
 
-def test_runs_stand_side_by_side_with_the_drives_that_ended_differently(tmp_path: Path) -> None:
+def test_comparison_page_lists_routes_with_different_results(tmp_path: Path) -> None:
+    """Runs are compared side by side, with the routes on which their results differ."""
     stores = [begun(tmp_path / name, recovery=name) for name in ("none", "rules")]
     keep(stores[0], ROUTES[0], 1, record(ROUTES[0], 50.0, "Agent got blocked"))
     keep(stores[1], ROUTES[0], 1, record(ROUTES[0], 100.0, None))
     for store in stores:
         keep(store, ROUTES[1], 1, record(ROUTES[1], 100.0, None))
     write_comparison([s.folder for s in stores], [summarize(s) for s in stores], tmp_path / "pages" / "all.html")
-    page = (tmp_path / "pages" / "all.html").read_text()
+    page = (tmp_path / "pages" / "all.html").read_text(encoding="utf-8")
     assert "Differences to driver alone" in page and "driver + rules: driving score" in page
     assert "25.00 [" in page, "the mean difference over both routes"
     ended = page.split("Drives that ended differently")[2]
@@ -85,10 +87,10 @@ def test_decisions_are_read_from_records_where_no_replay_was_kept(tmp_path: Path
     store = begun(tmp_path / "out")
     keep(store, ROUTES[0], 1, record(ROUTES[0]))
     recorded(store.interventions(ROUTES[0], 1))
-    page = write_evaluation(store, summarize(store)).read_text()
+    page = write_evaluation(store, summarize(store)).read_text(encoding="utf-8")
     (written,) = store.interventions(ROUTES[0], 1).glob("*.html")
     assert f'href="{written.relative_to(store.folder)}"' in page
-    text = written.read_text()
+    text = written.read_text(encoding="utf-8")
     data = json.loads(text.split('id="data">')[1].split("</script>")[0])
     (moment,) = data["runs"][0]["decisions"]
     assert (moment["time_s"], moment["decision"]["rationale"]) == (12.35, DECISION["rationale"])
@@ -97,6 +99,6 @@ def test_decisions_are_read_from_records_where_no_replay_was_kept(tmp_path: Path
 
 def test_a_record_that_was_changed_is_told(tmp_path: Path) -> None:
     path = recorded(tmp_path)
-    path.write_text(path.read_text().replace("van", "bus"))
+    path.write_text(path.read_text(encoding="utf-8").replace("van", "bus"), encoding="utf-8")
     with pytest.raises(RecordError, match="line 2"):
         list(moments_of(tmp_path))

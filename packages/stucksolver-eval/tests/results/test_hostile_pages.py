@@ -173,7 +173,7 @@ def test_pages_with_hostile_names_hold_only_our_elements(tmp_path, bad):
     assert len(pages) == 3 + 3 + 1 + 1, "evaluations, replays, decisions, comparison"
     for page in pages:
         scripts = [tag for tag, _ in elements_of(page)].count("script")
-        assert scripts == (2 if 'id="data"' in page.read_text() else 0)
+        assert scripts == (2 if 'id="data"' in page.read_text(encoding="utf-8") else 0)
 
 
 def test_comparison_keeps_two_hostile_run_names_as_text(tmp_path):
@@ -181,7 +181,7 @@ def test_comparison_keeps_two_hostile_run_names_as_text(tmp_path):
     stores = [begun(tmp_path / f"{k}", recovery=PAYLOADS[0] + str(k)) for k in range(2)]
     write_comparison([store.folder for store in stores], [summarize(store) for store in stores], tmp_path / "page.html")
     elements_of(tmp_path / "page.html")
-    assert "Differences to driver + &quot;&gt;&lt;meta" in (tmp_path / "page.html").read_text()
+    assert "Differences to driver + &quot;&gt;&lt;meta" in (tmp_path / "page.html").read_text(encoding="utf-8")
 
 
 @given(st.text())
@@ -201,7 +201,8 @@ def test_link_to_any_name_is_relative_and_leads_there(name):
 
 
 @given(st.text(), st.text(), st.text())
-def test_files_of_a_route_stay_in_their_folder_whatever_its_names(route_id, town, scenario):
+def test_route_file_name_stays_in_folder_for_any_text(route_id, town, scenario):
+    """The file name of a route stays in its folder, whatever the names of the route contain."""
     name = save_name(route_id, town, scenario)
     assert Path(name).name == name and "\0" not in name
 
@@ -215,6 +216,6 @@ def test_embedded_data_of_a_hostile_run_reads_back(tmp_path):
     store = hostile_store(tmp_path / "one", bad, recorded=False)
     log = store.run_log(store.routes()[0], 1)
     write_report([log], tmp_path / "page.html", bad, [bad])
-    text = (tmp_path / "page.html").read_text()
+    text = (tmp_path / "page.html").read_text(encoding="utf-8")
     data = json.loads(text.split('id="data">')[1].split("</script>")[0])
     assert (data["title"], data["runs"][0]["scenario"]) == (bad, bad)

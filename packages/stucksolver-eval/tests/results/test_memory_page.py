@@ -7,14 +7,16 @@ from stucksolver_eval.result_pages import memory
 from stucksolver_eval.suites import suite
 
 
-def test_places_of_lessons_are_not_held_out_and_all_are_in_the_suite():
+def test_memory_page_routes_are_in_suite_and_distinct():
+    """All routes are in the suite and distinct, and some remain as held-out routes."""
     names = list(memory.DESTINATIONS)
     known = {route.id for route in suite(memory.SUITE).routes}
     assert set(names) <= known
     assert 0 < memory.LESSONS < len(names) == len(set(names))
 
 
-def test_its_ladder_is_the_default_one_but_for_the_solid_line():
+def test_memory_page_ladder_differs_only_in_solid_line():
+    """The ladder differs from the default one only in the approval for a solid line."""
     ours, default = parse_ladder(memory._ladder(), "ours"), parse_ladder(profile_text("default"), "default")
     assert ours != default
     assert ours.model_copy(update={"approval": default.approval}) == default
@@ -26,7 +28,8 @@ def test_a_row_counts_drives_questions_and_calls():
     assert memory._row("lessons: 2", drives) == "| lessons: 2 | 1 of 2 | 2 | 1 | 55.0 |"
 
 
-def test_each_line_of_the_table_has_the_columns_of_its_head():
+def test_memory_page_table_rows_match_header_columns():
+    """Each row of the table has as many columns as its header."""
     page = memory.page([memory._row("before", [memory.MemoryRunResult(True, 0, 0, 100.0)])])
     table = [line for line in page.splitlines() if line.startswith("|")]
     assert len(table) == 3

@@ -76,7 +76,7 @@ def test_another_evaluation_is_not_resumed_here(tmp_path: Path, changes: dict[st
 
 
 def test_a_folder_of_something_else_is_left_alone(tmp_path: Path) -> None:
-    (tmp_path / "mine.txt").write_text("mine")
+    (tmp_path / "mine.txt").write_text("mine", encoding="utf-8")
     with pytest.raises(StoreError, match="not an evaluation and not empty"):
         begun(tmp_path)
 
@@ -84,7 +84,7 @@ def test_a_folder_of_something_else_is_left_alone(tmp_path: Path) -> None:
 def test_results_of_another_version_are_named(tmp_path: Path) -> None:
     store = begun(tmp_path / "out")
     path = store.folder / "evaluation.json"
-    path.write_text(path.read_text().replace('"version": 1', '"version": 7'))
+    path.write_text(path.read_text(encoding="utf-8").replace('"version": 1', '"version": 7'), encoding="utf-8")
     with pytest.raises(StoreError, match="file of another version"):
         store.manifest()
 
@@ -94,7 +94,8 @@ def test_what_is_no_evaluation_is_named(tmp_path: Path) -> None:
         summarize(ResultStore(tmp_path))
 
 
-def test_a_route_is_done_when_its_outcome_is_there_and_it_did_not_crash(tmp_path: Path) -> None:
+def test_result_store_route_is_done_unless_crashed(tmp_path: Path) -> None:
+    """A route is done when its outcome is stored and it did not crash."""
     store = begun(tmp_path / "out")
     assert not store.is_done(ROUTES[0], 1)
     store.write_outcome(ROUTES[0], outcome(ROUTES[0], state="crashed"))
@@ -112,17 +113,18 @@ def test_missing_routes_count_as_zero(tmp_path: Path) -> None:
     assert (found.comfort, found.infraction_score) == (100.0, 0.6)
 
 
-def test_all_scores_come_from_files_alone_and_the_report_names_every_route(tmp_path: Path) -> None:
+def test_evaluation_scores_come_from_files_and_cover_every_route(tmp_path: Path) -> None:
+    """All scores are computed from the files alone, and the report contains every route."""
     store = begun(tmp_path / "out")
     keep(store, ROUTES[0], 1, record(ROUTES[0], 100.0, None, SPEED))
     store.write_outcome(ROUTES[1], outcome(ROUTES[1], state="crashed", reason="it <b>fell</b> over"))
     report = write_evaluation(store, summarize(store))
-    page = report.read_text()
+    page = report.read_text(encoding="utf-8")
     assert "it &lt;b&gt;fell&lt;/b&gt; over" in page
     assert "reported on CARLA, not comparable" in page
-    data = json.loads((store.folder / "summary.json").read_text())
+    data = json.loads((store.folder / "summary.json").read_text(encoding="utf-8"))
     assert (data["driving_score"], data["efficiency"]) == (50.0, 80.0)
-    assert len((store.folder / "routes.csv").read_text().splitlines()) == 3
+    assert len((store.folder / "routes.csv").read_text(encoding="utf-8").splitlines()) == 3
 
 
 def test_recoveries_and_words_are_written_by_kind(tmp_path: Path) -> None:
@@ -149,7 +151,7 @@ def test_the_records_folder_holds_checkpoints_only(tmp_path: Path) -> None:
     keep(store, ROUTES[0], 1, record(ROUTES[0]))
     keep(store, ROUTES[1], 1, record(ROUTES[1]))
     write_evaluation(store, summarize(store))
-    texts = [path.read_text() for path in (store.folder / "seed-1" / "records").iterdir()]
+    texts = [path.read_text(encoding="utf-8") for path in (store.folder / "seed-1" / "records").iterdir()]
     assert len(texts) == 2
     assert all(len(json.loads(text)["_checkpoint"]["records"]) == 1 for text in texts)
 

@@ -27,7 +27,7 @@ def test_score_prints_every_table_and_pairs_with_the_driver_alone(
     told = capsys.readouterr().out
     assert "driver alone" in told and "driver + rules" in told
     assert "perception:privileged" in told and "Overtaking" in told and "Harm" in told
-    assert "with the driver alone" in (helped / "report.html").read_text()
+    assert "with the driver alone" in (helped / "report.html").read_text(encoding="utf-8")
 
 
 def test_compare_gives_the_difference_with_its_interval(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -52,7 +52,7 @@ def test_score_gives_a_script_what_summary_json_has(tmp_path: Path, capsys: pyte
     told = json.loads(capsys.readouterr().out)
     assert [item.pop("folder") for item in told] == [str(alone), str(helped)]
     assert [item.pop("warnings") for item in told] == [[], []]
-    assert told == [json.loads((folder / "summary.json").read_text()) for folder in (alone, helped)]
+    assert told == [json.loads((folder / "summary.json").read_text(encoding="utf-8")) for folder in (alone, helped)]
     assert [item["route_completion"] for item in told] == [50.0, 100.0]
 
 
@@ -65,9 +65,10 @@ def test_a_crashed_route_shows_in_the_exit_code(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("unanswered", "warned"), [(5, False), (6, True)])
-def test_a_model_that_hardly_answered_shows_in_table_page_and_exit_code(
+def test_score_unreliable_model_warns_in_output_page_and_exit_code(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], unanswered: int, warned: bool
 ) -> None:
+    """A model that leaves more than half of the queries unanswered causes a warning in output, page and exit code."""
     from stores import outcome
 
     store = begun(tmp_path / "a", recovery="rules", reasoner="openai:m")
@@ -82,11 +83,11 @@ def test_a_model_that_hardly_answered_shows_in_table_page_and_exit_code(
     assert main(["score", "--json", str(store.folder)]) == int(warned)
     [scored] = json.loads(capsys.readouterr().out)
     assert [text.startswith(line) for text in scored["warnings"]] == [True] * warned
-    page = (store.folder / "report.html").read_text()
+    page = (store.folder / "report.html").read_text(encoding="utf-8")
     assert (line in page) is warned and "<the server>" not in page
     alone, beside = evaluation(tmp_path / "alone", "none", 50.0), tmp_path / "beside.html"
     assert main(["compare", str(alone), str(store.folder), "--page", str(beside)]) == int(warned)
-    assert (line in capsys.readouterr().out) is warned and (line in beside.read_text()) is warned
+    assert (line in capsys.readouterr().out) is warned and (line in beside.read_text(encoding="utf-8")) is warned
 
 
 def test_several_runs_are_compared_with_the_first(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -132,9 +133,8 @@ def test_what_is_no_evaluation_is_named(tmp_path: Path, command: list[str], caps
     assert "not a result folder of `stucksolver evaluate`" in capsys.readouterr().err
 
 
-def test_evaluations_of_other_routes_are_told_apart_by_words_not_digests(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_compare_different_routes_error_contains_no_digest(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The error for evaluations of different routes is one line of words, without digests."""
     first, second = evaluation(tmp_path / "a", "none", 50.0), begun(tmp_path / "b", suite_digest="0" * 64).folder
     assert main(["compare", str(first), str(second)]) == 2
     error = capsys.readouterr().err
@@ -172,4 +172,4 @@ def test_the_limit_on_ticks_is_explained_where_it_is_printed(
     assert main(["score", str(store.folder)]) == 0
     explained = "Failed - TickRuntime (not done after 4000 ticks, 200 s)"
     assert explained in capsys.readouterr().out
-    assert explained in (store.folder / "report.html").read_text()
+    assert explained in (store.folder / "report.html").read_text(encoding="utf-8")

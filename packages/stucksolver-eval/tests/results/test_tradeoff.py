@@ -28,15 +28,16 @@ def swept(folder: Path, completions: dict[str, float]) -> str:
 @pytest.mark.integration
 def test_every_setting_is_a_row_for_people_and_for_scripts(tmp_path: Path) -> None:
     told = swept(tmp_path, HALF)
-    rows = list(csv.DictReader((tmp_path / "tradeoff.csv").read_text().splitlines()))
+    rows = list(csv.DictReader((tmp_path / "tradeoff.csv").read_text(encoding="utf-8").splitlines()))
     assert {row["Setting"]: float(row["DS"]) for row in rows} == HALF
     assert all(label in told for label in HALF)
 
 
 @pytest.mark.parametrize("completions", [HALF, {"dt=1": 50.0, "dt=3": 60.0}])
-def test_the_picture_has_a_line_for_each_of_the_first_setting(
+def test_tradeoff_plot_has_line_per_first_setting(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, completions: dict[str, float]
 ) -> None:
+    """The plot has one line for each value of the first setting."""
     figure = pytest.importorskip("matplotlib.figure", reason="needs matplotlib (the extra `report`)").Figure
     drawn = []
     monkeypatch.setattr(figure, "savefig", lambda self, path, **_: drawn.append((self, Path(path))))

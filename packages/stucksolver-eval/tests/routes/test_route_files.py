@@ -61,7 +61,7 @@ ROUTES = st.builds(
 
 def refused(folder: Path, text: str) -> str:
     path = folder / "bad.xml"
-    path.write_text(text)
+    path.write_text(text, encoding="utf-8")
     with pytest.raises(RouteFileError) as told:
         read_routes(path)
     assert "bad.xml" in str(told.value)
@@ -78,7 +78,7 @@ def test_what_is_written_is_read_again(routes: tuple[Route, ...], tmp_path_facto
 
 def test_the_leaderboards_form_loads_as_it_is(tmp_path: Path) -> None:
     path = tmp_path / "routes.xml"
-    path.write_text(LEADERBOARD)
+    path.write_text(LEADERBOARD, encoding="utf-8")
     (route,) = read_routes(path)
     assert (route.id, route.town, route.waypoints[0]) == ("1711", "Town12", Position(1.5, -2.0, 0.3))
     assert [key.route_percentage for key in route.weathers] == [0.0, 100.0]

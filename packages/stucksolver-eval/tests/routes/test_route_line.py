@@ -65,7 +65,8 @@ def test_headings_point_along_the_line(line: RouteLine) -> None:
         assert (b - a) @ line.forward[k] > 0.0
 
 
-def test_a_line_planned_anew_joins_on_where_the_first_was_left(line: RouteLine) -> None:
+def test_route_line_replanned_part_joins_first_part(line: RouteLine) -> None:
+    """A replanned line continues the first one at the index where the ego left it."""
     other = RouteLine.along(line.points[20:])
     joined = line.joined(50, other)
     assert joined.length_m == pytest.approx(line.length_m, abs=1.0)

@@ -27,8 +27,8 @@ def raise_something(task: RouteTask, theirs: Connection) -> None:
 def attempts(task: RouteTask) -> int:
     """Notes that there was an attempt; how many there were."""
     notes = task.folder / "attempts"
-    notes.write_text(notes.read_text() + "x" if notes.exists() else "x")
-    return len(notes.read_text())
+    notes.write_text(notes.read_text(encoding="utf-8") + "x" if notes.exists() else "x", encoding="utf-8")
+    return len(notes.read_text(encoding="utf-8"))
 
 
 def always_crash(task: RouteTask, theirs: Connection) -> None:

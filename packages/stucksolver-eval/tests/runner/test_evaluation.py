@@ -58,7 +58,7 @@ def records(out: Path) -> dict[str, str]:
     """What must be the same in every run, by file."""
     found = {}
     for path in sorted(out.glob("seed-*/records/*.json")):
-        record = json.loads(path.read_text())["_checkpoint"]["records"][0]
+        record = json.loads(path.read_text(encoding="utf-8"))["_checkpoint"]["records"][0]
         record["meta"].pop("duration_system")
         found[str(path.relative_to(out))] = json.dumps(record)
     return found
@@ -74,9 +74,10 @@ def plain(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
 
 
 @pytest.mark.slow
-def test_the_same_seed_gives_the_same_results_and_resume_repeats_nothing(
+def test_evaluation_same_seed_is_reproducible_and_resume_repeats_nothing(
     plain: tuple[Path, Path], tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
+    """The same seed gives the same records and metrics, and --resume drives only the missing route."""
     file, first = plain
     shutil.copytree(first, tmp_path / "a")
     assert evaluate(file, tmp_path / "b") == 0
@@ -98,12 +99,13 @@ def test_the_same_seed_gives_the_same_results_and_resume_repeats_nothing(
 
 
 @pytest.mark.slow
-def test_routes_without_guidance_are_taken_from_the_same_arm_without_it(
+def test_evaluation_reuse_takes_unguided_routes_of_same_system(
     plain: tuple[Path, Path], tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
+    """With --reuse, routes without guidance are taken from an evaluation of the same system; another is rejected."""
     (file, silent), script = plain, tmp_path / "script.json"
     line = {"when": {"time_s": 1.0}, "say": ["go on"], "kind": "helpful"}
-    script.write_text(json.dumps({"version": 1, "routes": {"2": [line]}}))
+    script.write_text(json.dumps({"version": 1, "routes": {"2": [line]}}), encoding="utf-8")
     capfd.readouterr()
     guided = ("--guidance", str(script), "--reuse", str(silent))
     assert evaluate(file, tmp_path / "guided", *guided) == 0
@@ -137,7 +139,8 @@ def test_a_trigger_off_the_route_is_named(tmp_path: Path) -> None:
     assert "Far_1" in outcome.reason and "off the route" in outcome.reason
 
 
-def test_a_map_that_is_missing_is_named_with_where_it_was_searched(tmp_path: Path) -> None:
+def test_evaluation_missing_map_names_searched_folder(tmp_path: Path) -> None:
+    """A route whose map is missing crashes with a reason that names the map and the searched folder."""
     assert evaluate(suite(tmp_path, 1, town="Nowhere"), tmp_path / "out", "--maps", str(tmp_path)) == 1
     store = ResultStore(tmp_path / "out")
     outcome = store.outcome(store.routes()[0], 1)
@@ -168,19 +171,21 @@ def test_what_cannot_be_run_is_refused_before_anything_is_written(
         assert not (tmp_path / "out").exists()
 
 
-def test_a_driven_route_is_complete_and_its_motion_is_kept_tick_by_tick(plain: tuple[Path, Path]) -> None:
+def test_evaluation_driven_route_is_complete_with_motion_per_tick(plain: tuple[Path, Path]) -> None:
+    """A driven route is complete, and its motion is stored for each tick."""
     store = ResultStore(plain[1])
     route, _ = store.routes()
     record, outcome = store.record(route, 1), store.outcome(route, 1)
     assert record is not None and outcome is not None
     assert (record.status, record.scores.score_route) == ("Completed", 100.0)
-    assert len(json.loads(store.metric_info(route, 1).read_text())) == outcome.ticks + 1
+    assert len(json.loads(store.metric_info(route, 1).read_text(encoding="utf-8"))) == outcome.ticks + 1
     times = [t for t, _ in outcome.track]
     assert all(0.9 < b - a < 1.1 for a, b in pairwise(times))
 
 
 @pytest.mark.slow
-def test_an_interrupt_leaves_no_process_and_no_route_that_counts_as_crashed(tmp_path: Path) -> None:
+def test_evaluation_interrupt_leaves_no_process_and_no_crashed_route(tmp_path: Path) -> None:
+    """An interrupt leaves no process, and no route counts as crashed."""
     command = [sys.executable, "-c", "from stucksolver.commands import main; raise SystemExit(main())", "evaluate"]
     command += ["--suite", str(suite(tmp_path, 2)), "--out", str(tmp_path / "out"), "--replays", "none"]
     process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)

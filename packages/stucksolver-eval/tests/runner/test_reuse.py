@@ -50,7 +50,8 @@ def taken(other: Path, out: Path, arm: SystemSpec, script: Script | None = None)
     return [route.id for route in found]
 
 
-def test_a_model_after_the_rules_changes_only_routes_on_which_help_was_requested(tmp_path: Path) -> None:
+def test_reuse_model_after_rules_redrives_only_routes_with_help(tmp_path: Path) -> None:
+    """A model after the rules changes only routes with a request for help; the others are reused."""
     driven(tmp_path / "rules")
     assert taken(tmp_path / "rules", tmp_path / "both", BOTH) == [QUIET.id]
 
@@ -67,7 +68,8 @@ def test_routes_with_words_are_driven(tmp_path: Path) -> None:
     assert taken(tmp_path / "both", tmp_path / "guided", BOTH, script) == [ASKED.id]
 
 
-def test_another_reasoner_or_a_ladder_of_the_users_is_not_the_same_arm(tmp_path: Path) -> None:
+def test_reuse_other_reasoner_or_ladder_is_rejected(tmp_path: Path) -> None:
+    """Another reasoner or a ladder of the user's is not the same system, and its routes are not reused."""
     driven(tmp_path / "both", BOTH)
     with pytest.raises(StoreError, match="its reasoner is 'distilled', not ''"):
         taken(tmp_path / "both", tmp_path / "rules", RULES)
@@ -77,7 +79,8 @@ def test_another_reasoner_or_a_ladder_of_the_users_is_not_the_same_arm(tmp_path:
         taken(tmp_path / "plain", tmp_path / "mine", SystemSpec(recovery="rules", reasoner="distilled", ladder=ladder))
 
 
-def test_the_driver_alone_takes_routes_on_which_a_recovery_did_nothing(tmp_path: Path) -> None:
+def test_reuse_driver_alone_takes_routes_without_recovery_action(tmp_path: Path) -> None:
+    """The driver alone reuses the routes on which the recovery neither acted nor requested help."""
     rules, (idle, moved, asked) = ResultStore(tmp_path / "rules"), ROUTES
     rules.begin(asks(tmp_path / "rules", RULES), ROUTES, resume=False)
     plan = InterventionRecord(

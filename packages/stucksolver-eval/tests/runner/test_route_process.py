@@ -62,22 +62,23 @@ def reason(folder: Path) -> str:
 def test_a_crash_is_tried_once_more_and_then_named(tmp_path, monkeypatch):
     monkeypatch.setattr(route_process, "_work", route_crashers.always_crash)
     assert "killed by SIGSEGV, 2 times in a row" in reason(tmp_path)
-    assert (tmp_path / "attempts").read_text() == "xx"
+    assert (tmp_path / "attempts").read_text(encoding="utf-8") == "xx"
 
 
 def test_a_route_that_crashed_once_is_driven_all_the_same(tmp_path, monkeypatch):
     monkeypatch.setattr(route_process, "_work", route_crashers.crash_once)
     assert run_task(task(tmp_path, limit_s=2.0)).state == "driven"
-    assert (tmp_path / "attempts").read_text() == "xx"
+    assert (tmp_path / "attempts").read_text(encoding="utf-8") == "xx"
 
 
 def test_another_end_is_not_tried_again(tmp_path, monkeypatch):
     monkeypatch.setattr(route_process, "_work", route_crashers.leave_with_3)
     assert "exit code 3" in reason(tmp_path)
-    assert (tmp_path / "attempts").read_text() == "x"
+    assert (tmp_path / "attempts").read_text(encoding="utf-8") == "x"
 
 
-def test_a_process_that_hears_no_signal_is_ended_all_the_same(tmp_path, monkeypatch):
+def test_route_process_ignoring_signals_is_killed(tmp_path, monkeypatch):
+    """A process that ignores signals is killed all the same."""
     monkeypatch.setattr(route_process, "_work", route_crashers.complain_and_stay)
     monkeypatch.setattr(process, "LEAVE_S", 0.5)
     assert reason(tmp_path) == "something is wrong"
@@ -89,7 +90,8 @@ def test_a_route_that_hangs_is_ended(tmp_path, monkeypatch):
     assert "made no progress for 1 s" in reason(tmp_path)
 
 
-def test_a_server_that_dies_during_a_route_is_one_clear_reason_soon(tmp_path):
+def test_route_process_killed_server_gives_prompt_clear_reason(tmp_path):
+    """A server that dies during a route gives one clear reason before the time limit for silence."""
     others = set(psutil.Process().children(recursive=True))
     killed_at: list[float] = []
 

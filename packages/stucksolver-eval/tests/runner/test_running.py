@@ -40,7 +40,8 @@ def outcome_of(one: RouteTask, **changes: Any) -> RouteOutcome:
     return RouteOutcome(route_id=one.job.route.id, scenario="Accident", town="t", seed=1, arm="", **changes)
 
 
-def test_every_task_is_told_of_once_and_so_many_run_at_a_time() -> None:
+def test_run_tasks_reports_each_once_and_runs_in_parallel() -> None:
+    """Each task is reported once, and as many run at a time as requested."""
     together = threading.Barrier(3, timeout=100)
 
     def runner(one: RouteTask, progress: Callable[[float], None], wanted: Callable[[], bool]) -> RouteOutcome:
@@ -85,7 +86,8 @@ def test_what_is_not_wanted_is_not_begun(monkeypatch: pytest.MonkeyPatch) -> Non
         run_task(task(1), wanted=lambda: False)
 
 
-def test_the_board_has_a_line_for_each_route_and_no_escapes_off_a_terminal() -> None:
+def test_progress_without_terminal_prints_plain_line_per_route() -> None:
+    """Without a terminal, the display prints one line for each route and no escape sequences."""
     out = io.StringIO()
     board = ProgressDisplay(total=3, before=1, out=out, now=lambda: 0.0)
     board.goes_on(task(1), 10.0)
@@ -114,7 +116,8 @@ class Terminal(io.StringIO):
         return True
 
 
-def test_on_a_terminal_it_shows_the_time_left_and_the_scores_so_far() -> None:
+def test_progress_on_terminal_shows_time_left_and_scores() -> None:
+    """On a terminal, the display shows the time left and the current scores."""
     times = iter((0.0, 60.0, 60.0, 60.0))
     out = Terminal()
     board = ProgressDisplay(total=11, before=0, out=out, now=lambda: next(times))
@@ -124,7 +127,8 @@ def test_on_a_terminal_it_shows_the_time_left_and_the_scores_so_far() -> None:
     assert "Overtaking" in shown
 
 
-def test_a_sweep_is_every_combination_in_a_folder_of_its_own() -> None:
+def test_sweep_has_each_combination_in_own_folder() -> None:
+    """A sweep has every combination of its settings, each in a folder of its own."""
     spec = EvaluationSpec("dev", Path("out"), SystemSpec(recovery="rules"))
     specs = sweep_specs(spec, parse_sweep(["v_min=3.6,18", "dt=0.5,1"]))
     assert list(specs) == ["v_min=3.6,dt=0.5", "v_min=3.6,dt=1", "v_min=18,dt=0.5", "v_min=18,dt=1"]
@@ -144,7 +148,8 @@ def test_weather_changes_evenly_between_its_keys() -> None:
     assert [between(keys, p)["cloudiness"] for p in (0.0, 20.0, 30.0, 60.0, 100.0)] == [10.0, 10.0, 20.0, 50.0, 50.0]
 
 
-def test_a_slow_spell_lasts_from_its_onset_to_fifteen_metres_of_progress() -> None:
+def test_immobilization_spell_lasts_until_15_m_of_progress() -> None:
+    """A spell lasts from its onset to 15 m of progress."""
     watch = ImmobilizationWatch()
     place, time_s = 0.0, 0.0
     for speed, seconds in ((10.0, 5.0), (0.0, 20.0), (5.0, 10.0), (0.0, 8.0)):

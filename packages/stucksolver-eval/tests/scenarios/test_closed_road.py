@@ -31,7 +31,8 @@ def closed_at(town, route):
 
 
 @pytest.mark.parametrize("route", ROUTES, ids=lambda item: item.id)
-def test_a_street_is_closed_at_its_mouth_from_kerb_to_kerb(town, route):
+def test_closed_road_barriers_span_street_at_its_mouth(town, route):
+    """The barriers close the street at its mouth, from curb to curb."""
     here, after = closed_at(town, route)
     row = row_across(town, here)
     places = [item.location for item in row]

@@ -71,7 +71,8 @@ def test_something_hides_the_walker_from_the_hero(play, kind):
     assert any(_inside(playing, blocker, x, y) for blocker in blockers for x, y in ways)
 
 
-def test_where_nobody_parks_the_walker_comes_from_behind_a_car_beside_the_lane(play, monkeypatch):
+def test_crossing_without_parking_lane_pedestrian_emerges_behind_car(play, monkeypatch):
+    """Without a parking lane, the pedestrian comes from behind a car that is placed beside the ego's lane."""
     monkeypatch.setattr(parking_crossing_pedestrian, "lane_of", lambda *_: None)
     playing = play("ParkingCrossingPedestrian_1", traffic=False)
     (walker,) = playing.others("walker.")
@@ -146,7 +147,8 @@ def _direction(name):
     return shipped()[name].scenarios[0].parameters["direction"]["value"]
 
 
-def test_a_blocked_exit_is_free_ten_seconds_after_the_hero_came_near(play):
+def test_blocked_junction_exit_clears_10_s_after_approach(play):
+    """A blocked exit is free 10 s after the ego came near."""
     playing = play("BlockedIntersection_1")
     playing.jump(5.0)
     playing.run(0.2)
@@ -162,7 +164,8 @@ def test_a_blocked_exit_is_free_ten_seconds_after_the_hero_came_near(play):
     assert not playing.others() and playing.play.finished
 
 
-def test_one_collision_counts_twice_where_the_public_type_has_a_second_test(play):
+def test_crossing_public_second_test_counts_collision_twice(play):
+    """One collision counts twice if the public scenario type has a second collision test."""
     playing = play("VehicleTurningRoutePedestrian_1", traffic=False)
     assert playing.play.extra_criteria == frozenset()
     playing.jump(5.0)

@@ -15,7 +15,8 @@ def value(number):
     return {"value": str(number)}
 
 
-def test_a_car_pulls_out_of_the_queue_into_the_heros_lane(play):
+def test_static_cut_in_car_leaves_queue_into_ego_lane(play):
+    """One car of the queue pulls out into the ego's lane, and the others remain stopped."""
     playing = play("StaticCutIn_1", traffic=False, distance=value(41))
     assert not playing.others()
     playing.jump(5.0)
@@ -48,7 +49,8 @@ def test_a_parked_car_pulls_out_in_front_of_the_hero(play):
     assert playing.run(6.0, lambda: playing.play.finished) and not playing.others()
 
 
-def test_a_car_comes_down_the_ramp_with_the_hero_and_cuts_in_before_or_beside_it(play):
+def test_highway_cut_in_car_merges_from_ramp_near_ego(play):
+    """A car comes down the ramp together with the ego and cuts in less than 15 m from it."""
     playing = play("HighwayCutIn_1", traffic=False)
     playing.go(15.0)
     playing.run(1.0)
@@ -69,7 +71,8 @@ def test_a_car_comes_down_the_ramp_with_the_hero_and_cuts_in_before_or_beside_it
     assert abreast < 15.0 and ended_in_lane
 
 
-def test_an_emergency_vehicle_is_let_past_or_not_and_says_so(play):
+def test_emergency_vehicle_behind_blocking_ego_scores_zero(play):
+    """An emergency vehicle closes in and waits behind an ego that does not yield; the event has value 0."""
     playing = play("YieldToEmergencyVehicle_1", traffic=False, before_m=40.0)
     playing.go(12.0)
     playing.run(5.0, lambda: bool(playing.play.active))
@@ -87,7 +90,8 @@ def test_an_emergency_vehicle_is_let_past_or_not_and_says_so(play):
     assert event.value == 0.0
 
 
-def test_the_emergency_vehicle_passes_a_hero_that_has_left_its_lane(play):
+def test_emergency_vehicle_passes_ego_that_left_lane(play):
+    """The emergency vehicle passes an ego that has left its lane; the event has value 1."""
     playing = play("YieldToEmergencyVehicle_1", traffic=False)
     playing.jump(5.0)
     place = playing.route.waypoint_at(playing.hero_s)
@@ -117,7 +121,8 @@ def test_debris_disturbs_the_hero_only_while_it_is_near(play):
     assert disturbed == [False, False, True, False, True, False, True]
 
 
-def test_the_hero_begins_between_two_parked_cars_and_a_third_drives_off_beside_it(play):
+def test_parking_exit_ego_starts_between_parked_cars(play):
+    """The ego starts between two parked cars, and a third car next to it drives away."""
     playing = play("ParkingExit_1", traffic=False, before_m=0.0)
     playing.tick()
     front, behind, side = playing.others()

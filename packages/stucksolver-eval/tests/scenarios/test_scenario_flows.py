@@ -108,7 +108,8 @@ def test_cars_of_a_flow_keep_the_spacing_asked_for(play, kind):
         2,
     ),
 )
-def test_the_heros_light_is_red_for_five_seconds_and_green_from_then_on(play, kind):
+def test_flow_light_of_ego_turns_green_after_5_s(play, kind):
+    """The ego's light is red for 5 s and green from then on."""
     # Not all junctions with bicycle lanes have lights.
     candidates = (flow_play(play, kind, number=number) for number in range(1, 6))
     playing = next(candidate for candidate in candidates if candidate.scenario.own_lights)
@@ -140,7 +141,8 @@ def test_a_flow_ends_where_the_hero_has_left_it_behind(play, kind):
     assert not playing.others()
 
 
-def test_a_flow_car_drives_on_blindly_and_brakes_once_it_has_touched_the_hero(play):
+def test_flow_car_brakes_only_after_contact_with_ego(play):
+    """A car of the traffic flow does not react to the ego, and brakes once it has touched the ego."""
     playing = flow_play(play, "NonSignalizedJunctionLeftTurn")
     playing.jump(5.0)
     playing.run(3.0)
@@ -157,7 +159,8 @@ def test_a_flow_car_drives_on_blindly_and_brakes_once_it_has_touched_the_hero(pl
     assert car.hit_hero and car.speed_mps < 2.0
 
 
-def test_bicycles_without_an_end_in_the_file_ride_on_beyond_the_junction(theatre):
+def test_bicycle_flow_without_end_continues_beyond_junction(theatre):
+    """If the file gives no end, the bicycles continue for 40 m beyond the junction."""
     route = shipped()["CrossingBicycleFlow_1"]
     (spec,) = route.scenarios
     given = {name: value for name, value in spec.parameters.items() if name != "end_actor_flow"}

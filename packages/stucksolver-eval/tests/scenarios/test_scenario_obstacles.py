@@ -32,7 +32,8 @@ def in_lane(playing, distance_m):
 
 
 @pytest.mark.parametrize("kind", [*ONE_WAY, *TWO_WAYS])
-def test_an_obstacle_stands_in_the_heros_lane_with_nobody_before_it(play, kind):
+def test_obstacle_is_in_ego_lane_without_traffic_before_it(play, kind):
+    """The obstacle is in the ego's lane, and no car of the traffic is between it and the ego."""
     playing = play(f"{kind}_1", distance=value(42))
     playing.jump(5.0)
     playing.run(1.0)
@@ -46,7 +47,8 @@ def test_an_obstacle_stands_in_the_heros_lane_with_nobody_before_it(play, kind):
 
 
 @pytest.mark.parametrize("kind", ONE_WAY)
-def test_traffic_beside_is_slowed_five_seconds_after_the_hero_came_near(play, kind):
+def test_obstacle_adjacent_traffic_slows_5_s_after_approach(play, kind):
+    """The traffic in the adjacent lane is slowed 5 s after the ego came near, until the scenario ends."""
     playing = play(f"{kind}_1", distance=value(42), speed=value(36))
     playing.jump(5.0)
     playing.jump(28.0)
@@ -89,7 +91,8 @@ def test_two_bicycles_ride_at_the_edge_and_then_stand(play):
     assert playing.along(playing.others()[0])[0] - first[0][0] == pytest.approx(21.0, abs=3.0)
 
 
-def test_beside_bicycles_on_two_ways_the_test_for_the_wrong_lane_stays_off_for_good(play):
+def test_side_hazard_two_ways_suspends_wrong_lane_criterion(play):
+    """With bicycles on a two-way road, the wrong-lane criterion stays suspended after the scenario ends."""
     playing = play("HazardAtSideLaneTwoWays_1", frequency=value(77))
     playing.jump(5.0)
     playing.tick()
@@ -99,7 +102,8 @@ def test_beside_bicycles_on_two_ways_the_test_for_the_wrong_lane_stays_off_for_g
     assert playing.background.oncoming.spacing_m == 40.0
 
 
-def test_a_door_opens_into_the_heros_way_when_it_is_near(play):
+def test_parked_car_door_opens_when_ego_is_near(play):
+    """The door opens into the ego's path only when the ego is near."""
     hits = []
     for near in (False, True):
         playing = play("VehicleOpensDoorTwoWays_1", traffic=False)
@@ -123,7 +127,8 @@ def test_a_door_opens_into_the_heros_way_when_it_is_near(play):
         sensor.destroy()
 
 
-def test_oncoming_cars_come_over_the_line_but_pass_a_hero_in_the_middle_of_its_lane(play):
+def test_invading_turn_cars_cross_line_but_clear_centered_ego(play):
+    """Oncoming cars cross the line, but pass an ego in the middle of its lane without contact."""
     playing = play("InvadingTurn_1", traffic=False, offset=value(0.3))
     playing.jump(5.0)
     nearest = []

@@ -99,7 +99,8 @@ def test_all_public_types_are_there():
     assert set(PUBLIC) <= set(SCENARIOS) and len(PUBLIC) == 44
 
 
-def test_types_without_a_time_limit_are_those_of_the_public_benchmark():
+def test_scenario_types_without_time_limit_match_public_benchmark():
+    """The scenario types without a time limit are those of the public benchmark."""
     load_all()
     assert {name for name in PUBLIC if SCENARIOS[name].timeout_s is None} == set(COUNTS_AS_BLOCKED)
 
@@ -186,7 +187,8 @@ def test_a_trigger_point_off_the_route_is_refused(theatre):
 
 
 @pytest.mark.integration
-def test_a_scenario_on_a_map_that_lacks_what_it_needs_is_unsupported(theatre):
+def test_scenario_on_unsuitable_map_is_unsupported(theatre):
+    """A scenario on a map that lacks what it needs is unsupported, and the error names what is missing."""
     with pytest.raises(UnsupportedScenarioError, match=r"ParkingCutIn.* is unsupported here: .* no parking lane"):
         begin(theatre, moved("Accident_1", type="ParkingCutIn", parameters={}))
 

@@ -18,7 +18,8 @@ RED, GREEN = carla.TrafficLightState.Red, carla.TrafficLightState.Green
         ("VanillaSignalizedTurnEncounterRedLight", RED, GREEN),
     ],
 )
-def test_the_heros_light_has_one_colour_for_five_seconds_then_the_other(play, kind, first, then):
+def test_junction_light_of_ego_changes_color_after_5_s(play, kind, first, then):
+    """The ego's light has one color for 5 s and then the other; the other lights are red."""
     playing = play(f"{kind}_1", traffic=False)
     playing.jump(5.0)
     playing.run(0.2)
@@ -35,7 +36,8 @@ def test_the_heros_light_has_one_colour_for_five_seconds_then_the_other(play, ki
 
 
 @pytest.mark.parametrize("kind", ["VanillaNonSignalizedTurn", "VanillaNonSignalizedTurnEncounterStopsign"])
-def test_a_plain_turn_ends_ten_metres_behind_the_junction_and_being_blocked_counts(play, kind):
+def test_plain_turn_ends_10_m_after_junction_with_blocked_criterion(play, kind):
+    """A plain turn ends 10 m after the junction, and the blocked criterion is not suspended."""
     playing = play(f"{kind}_1", traffic=False)
     playing.jump(5.0)
     assert playing.play.active == {kind} and not playing.play.suspended and not playing.others("")
@@ -46,7 +48,8 @@ def test_a_plain_turn_ends_ten_metres_behind_the_junction_and_being_blocked_coun
 
 
 @pytest.mark.parametrize("kind", ["T_Junction", "SequentialLaneChange"])
-def test_nothing_is_put_on_a_route_that_is_the_task_itself(play, kind):
+def test_route_task_scenario_adds_no_actors(play, kind):
+    """A scenario whose task is the route itself adds no actors."""
     playing = play(f"{kind}_1", traffic=False)
     playing.jump(5.0)
     assert playing.play.suspended == {"blocked"} and not playing.others("")

@@ -90,13 +90,15 @@ def test_every_type_of_ours_says_what_is_right():
     assert all(SCENARIOS[name].timeout_s is None for name in ours)
 
 
-def test_a_wait_of_more_than_a_minute_does_not_count_as_blocked():
+def test_stuck_scenario_long_wait_suspends_blocked_criterion():
+    """A wait of more than a minute does not count as blocked."""
     load_all()
     assert "blocked" in SCENARIOS["RoadBlockedForAMinute"].suspends
     assert SCENARIOS["ClosedRoad"].suspends == {"blocked", "route_deviation"}
 
 
-def test_only_situations_of_our_own_switch_off_the_tests_for_being_blocked_and_off_the_route():
+def test_only_stuck_scenarios_suspend_blocked_and_deviation_criteria():
+    """Only StuckSolver's own scenarios suspend these criteria, and the deviation only where a reroute is expected."""
     load_all()
     for cls in SCENARIOS.values():
         if cls.expected is None:
@@ -123,7 +125,8 @@ def test_the_way_is_blocked_and_stays_so(staged, kind):
 
 @pytest.mark.integration
 @pytest.mark.parametrize("thing", ["paperbag", "rock"])
-def test_beside_the_disabled_car_lies_the_thing_in_the_left_lane(staged, thing):
+def test_disabled_car_scenario_places_object_in_left_lane(staged, thing):
+    """The paper bag or the rock lies in the lane to the left of the disabled car, which has its hazard lights on."""
     kind = "DisabledCarAndPaperBag" if thing == "paperbag" else "DisabledCarAndRock"
     playing = staged(kind, "Accident_1", traffic=True)
     playing.jump(5.0)
@@ -209,7 +212,8 @@ def test_nobody_goes_until_the_hero_creeps(staged, kind):
 
 
 @pytest.mark.integration
-def test_in_the_merge_cars_pass_bumper_to_bumper_until_the_hero_noses_in(staged):
+def test_merge_scenario_dense_flow_opens_after_ego_noses_out(staged):
+    """In the merge, cars pass bumper to bumper until the ego noses out; then the cars behind it react."""
     playing = staged("MergeNeverOpens", "MergerIntoSlowTraffic_1", **placed("MergerIntoSlowTraffic_1"))
     playing.jump(5.0)
     playing.run(1.0)
@@ -234,7 +238,8 @@ def placed(name):
 
 @pytest.mark.integration
 @pytest.mark.parametrize("kind", first_quick(IN_ONCOMING_LANE))
-def test_what_can_be_passed_in_the_oncoming_lane_leaves_gaps_to_do_so(staged, kind):
+def test_oncoming_lane_scenario_leaves_gaps_to_pass(staged, kind):
+    """A blocker that can be passed in the oncoming lane leaves gaps of more than 4 s there."""
     playing = staged(kind, "AccidentTwoWays_1", traffic=True)
     playing.jump(5.0)
     free_s, longest_s = 0.0, 0.0
@@ -262,7 +267,8 @@ def test_a_closed_road_is_closed_in_all_its_lanes(staged):
 
 
 @pytest.mark.integration
-def test_the_other_car_leaves_the_narrow_road_once_the_hero_has_backed_up_from_it(staged):
+def test_narrow_road_other_car_leaves_after_ego_backs_up(staged):
+    """The other car leaves the narrow road when the ego has backed up."""
     playing = staged("NarrowRoadStandoff", "AccidentTwoWays_1")
     playing.jump(5.0)
     playing.jump(DISTANCE_M - 20.0)

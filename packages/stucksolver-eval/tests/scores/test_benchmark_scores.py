@@ -54,7 +54,8 @@ def case(scenario: str, success: bool, completion: float = 100.0, obeyed: bool =
     return AbilityCase(scenario, success, completion, obeyed, first_junction=92, points=200)
 
 
-def test_a_failed_route_of_signs_counts_once_it_is_eight_points_into_the_junction() -> None:
+def test_sign_ability_failed_route_counts_beyond_junction_entry() -> None:
+    """A failed route of signs counts if it is driven eight points into the junction and the sign was obeyed."""
     # (92 + 8) / 200 = 50 %.
     assert passed_junction(case("T_Junction", False, 50.1))
     assert not passed_junction(case("T_Junction", False, 50.0))
@@ -78,7 +79,8 @@ def test_abilities_are_success_rates_of_groups_and_their_mean() -> None:
     assert found["mean"] == pytest.approx(sum(expected.values()) / 5)
 
 
-def test_an_empty_group_has_no_rate_and_then_there_is_no_mean() -> None:
+def test_ability_scores_empty_group_has_no_rate_or_mean() -> None:
+    """A group without routes has no rate, and then there is no mean."""
     found = ability_scores([case("Accident", True)])
     assert (found["Overtaking"], found["Merging"], found["mean"]) == (100.0, None, None)
 
@@ -127,7 +129,8 @@ def test_constant_accelerations_are_held_against_the_bounds(values: dict[str, fl
     assert smoothness(motion(40, **values)) == float(good)
 
 
-def test_one_degree_per_second_of_yaw_spoils_a_block_as_rated_but_not_in_radians() -> None:
+def test_smoothness_yaw_rate_limit_is_degrees_unless_corrected() -> None:
+    """As rated, the yaw rate limit of 0.95 counts in degrees per second; in the corrected version, in rad/s."""
     assert smoothness(motion(40, yaw_dps=0.94)) == 1.0
     assert smoothness(motion(40, yaw_dps=1.0)) == 0.0
     assert smoothness(motion(40, yaw_dps=1.0), CORRECTED) == 1.0

@@ -49,7 +49,8 @@ def test_to_act_where_the_scenario_says_wait_is_false() -> None:
     assert figures(expected="wait", interventions=(plan(50, 60, moves=False),)).false == 0
 
 
-def test_to_act_where_the_driver_alone_got_going_again_is_false() -> None:
+def test_recovery_action_is_false_where_driver_alone_recovers() -> None:
+    """An intervention is false if the driver alone recovered at the same position within 60 s."""
     alone = outcome(arm="driver alone", spells=(spell(45, 80, place_m=48),))
     assert figures(alone, interventions=(plan(50, 60),)).false == 1
     late = outcome(arm="driver alone", spells=(spell(45, 106, place_m=48),))
@@ -58,14 +59,16 @@ def test_to_act_where_the_driver_alone_got_going_again_is_false() -> None:
     assert figures(elsewhere, interventions=(plan(50, 60),)).false == 0
 
 
-def test_missed_is_a_stop_that_never_ends_and_that_nothing_was_done_about() -> None:
+def test_recovery_missed_is_permanent_stop_without_intervention() -> None:
+    """A stop is missed if it never ends, no plan was tried and a wait was not expected."""
     stuck = spell(10, 200, recovered=False)
     assert figures(spells=(stuck,)).missed == 1
     assert figures(spells=(stuck,), interventions=(plan(12, 14),)).missed == 0
     assert figures(spells=(stuck,), expected="wait").missed == 0
 
 
-def test_harm_is_counted_from_a_plans_start_to_10_s_after_its_end() -> None:
+def test_recovery_harm_counts_until_10_s_after_plan() -> None:
+    """Harm counts from the start of a plan until 10 s after its end."""
     infractions = tuple(noted(t) for t in (49.9, 50.0, 70.0, 70.1))
     found = figures(interventions=(plan(50, 60),), infractions=infractions, near_misses=(noted(65, "near_miss"),))
     assert (found.harm, found.infractions) == (3, 5)
@@ -75,7 +78,8 @@ def test_harm_of_overlapping_plans_counts_once() -> None:
     assert figures(interventions=(plan(50, 60), plan(62, 70)), infractions=(noted(65),)).harm == 1
 
 
-def test_harm_stands_beside_that_of_the_driver_alone_in_the_same_time() -> None:
+def test_recovery_harm_is_compared_with_driver_alone() -> None:
+    """The harm of the driver alone in the same time is listed next to that of the recovery."""
     alone = outcome(arm="driver alone", infractions=(noted(55), noted(150)))
     found = figures(alone, interventions=(plan(50, 60),))
     assert (found.harm, found.harm_alone, found.infractions_alone) == (0, 1, 2)
@@ -130,7 +134,8 @@ def test_routes_that_were_not_driven_count_nothing() -> None:
     assert figures(state="crashed", spells=(spell(0, 50),)).routes == 0
 
 
-def test_words_are_followed_by_a_plan_on_their_account_within_30_s() -> None:
+def test_guidance_is_followed_by_plan_within_30_s() -> None:
+    """Guidance counts as followed if a plan of the passenger rung begins within 30 s."""
     by_words = plan(55, 60).model_copy(update={"rung": "passenger"})
     said = (spoken(50, "helpful"), spoken(20, "helpful"), spoken(52, "dangerous"))
     found = figures(guidance=said, interventions=(by_words, plan(21, 30)))

@@ -54,7 +54,8 @@ def by_type(routes):
     return Counter(scenario.type for route in routes for scenario in route.scenarios)
 
 
-def test_bench220_has_five_routes_of_each_of_the_44_types_and_dev_one_of_every_second():
+def test_bench220_has_five_routes_per_type_and_dev_subset():
+    """The suite bench220 has five routes for each of 44 types, and dev has one for every second type."""
     assert set(by_type(BENCH.routes).values()) == {5}
     assert len(by_type(BENCH.routes)) == 44
     dev = suite("dev").routes
@@ -68,8 +69,8 @@ def test_no_two_types_are_given_the_same_ids():
     assert len(set(ids)) == len(ids) and all(object_id % 10 == 0 for object_id in ids)
 
 
-def test_a_type_that_says_nothing_of_its_own_is_in_no_suite():
-    """What it inherits is the place of another type."""
+def test_suite_excludes_type_that_only_inherits_placement():
+    """A type that inherits its placement from another type is in no suite."""
 
     class Heir(SCENARIOS["ParkedObstacle"]):
         type = "Heir"
@@ -81,7 +82,8 @@ def test_a_type_that_says_nothing_of_its_own_is_in_no_suite():
         del SCENARIOS["Heir"]
 
 
-def test_a_suite_says_which_version_of_it_this_is_and_which_maps_it_needs(tmp_path):
+def test_suite_digest_identifies_version_and_maps_are_listed(tmp_path):
+    """A suite has a digest of its content and lists the maps that it requires."""
     assert {"bench220", "dev"} <= set(suite_names())
     copy = tmp_path / "own.xml"
     copy.write_bytes((build.DATA / "dev.xml").read_bytes())
@@ -172,7 +174,8 @@ def test_flows_begin_and_end_on_lanes_and_meet_the_route():
 
 
 @pytest.mark.integration
-def test_a_flow_drives_from_its_start_to_its_end_across_the_route():
+def test_suite_flow_crosses_route_between_its_ends():
+    """A traffic flow drives from its start to its end and crosses the route."""
     for route in BENCH.routes:
         (scenario,) = route.scenarios
         if scenario.type not in FLOWS:
@@ -209,13 +212,15 @@ def test_all_presets_of_weather_come_up_with_all_fields():
 
 
 @pytest.mark.parametrize("name", ["bench220", "dev", "immobilized"])
-def test_what_people_say_is_drawn_by_seed_and_type_and_by_nothing_else(name: str) -> None:
+def test_suite_guidance_depends_only_on_seed_and_type(name: str) -> None:
+    """The guidance of a suite is drawn from the seed and the scenario types alone."""
     assert draw_script(name) == read_script(shipped_guidance(name))
     assert draw_script(name, seed=1) != draw_script(name)
 
 
 @pytest.mark.parametrize("name", ["bench220", "immobilized"])
-def test_a_passenger_speaks_on_about_15_percent_of_the_routes_in_every_way(name: str) -> None:
+def test_suite_guidance_covers_15_percent_of_routes_and_all_kinds(name: str) -> None:
+    """A passenger speaks on about 15 % of the routes, with guidance of every kind."""
     known = {route.id for route in suite(name).routes}
     script = read_script(shipped_guidance(name), known)
     assert set(script.routes) <= known
@@ -239,7 +244,8 @@ def test_no_words_ship_for_a_file_of_routes() -> None:
 
 
 @pytest.mark.integration
-def test_the_maps_have_five_places_for_each_of_our_own_situations():
+def test_suite_immobilized_has_five_routes_per_situation():
+    """The maps have five places for each of StuckSolver's own situations."""
     routes = suite("immobilized").routes  # which are what the script writes, as is tested above
     assert by_type(routes) == dict.fromkeys(OURS, 5) and len(OURS) == 25
     assert len({route.id for route in (*routes, *BENCH.routes)}) == 220 + len(routes)
@@ -264,7 +270,8 @@ def test_a_closed_road_can_be_driven_round():
 
 
 @pytest.mark.integration
-def test_a_roundabout_loop_goes_round_for_longer_than_a_run_lasts_and_could_be_left_at_once():
+def test_suite_roundabout_loop_outlasts_run_and_has_direct_exit():
+    """A roundabout loop takes longer than a run lasts, and the ego could leave it at once."""
     for route in of_type("RoundaboutLoop"):
         line = RouteLine.trace(towns()[route.town].map, route.waypoints)
         assert line.length_m > 1400
@@ -278,7 +285,8 @@ def meets(turn, side):
     return turn == "left" if side == "opposite" else side == "left" or turn != "right"
 
 
-def test_emergency_vehicles_come_from_where_they_cross_the_ego_s_way():
+def test_suite_emergency_vehicles_start_where_they_cross_route():
+    """Emergency vehicles come from a direction in which they cross the ego's path."""
     for route in BENCH.routes:
         (scenario,) = route.scenarios
         if scenario.type.startswith("OppositeVehicle"):

@@ -65,7 +65,8 @@ def test_amounts_that_are_meant_for_the_vehicle_are_read(text):
 
 
 @pytest.mark.parametrize("text", NOT_SAID)
-def test_other_peoples_speeds_and_the_sizes_of_things_are_left_out(text):
+def test_quantities_speeds_of_others_and_sizes_are_ignored(text):
+    """Speeds of other road users, sizes, and idioms with numbers set no limit."""
     assert read_amounts(text).limits is None
 
 

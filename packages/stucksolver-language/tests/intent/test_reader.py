@@ -44,7 +44,8 @@ def test_what_may_also_mean_to_stay_is_asked_back():
     assert read_fields(numbers(overtake=5.0), DOUBT, "test").intent is GuidanceIntent.OVERTAKE
 
 
-def test_another_route_is_asked_for_with_a_bound_of_its_own_and_nothing_else_is():
+def test_interpretation_reroute_has_own_threshold():
+    """A reroute needs less confidence than other requests, and stays unclear when a no is nearly as likely."""
     doubt = ConfidenceThresholds(temperature=1.0, move=0.9, against=0.15, stay=0.3, reroute=0.5)
     assert read_fields(numbers(reroute=2.0, go=1.0), doubt, "test").intent is GuidanceIntent.REROUTE
     assert read_fields(numbers(turn_round=2.0, go=1.0), doubt, "test").intent is GuidanceIntent.UNCLEAR
@@ -59,7 +60,8 @@ def test_another_route_is_asked_for_with_a_bound_of_its_own_and_nothing_else_is(
         "That way is blocked off, you had better use another road",
     ],
 )
-def test_who_says_that_there_is_no_way_past_is_taken_another_way(text):
+def test_interpreter_no_way_past_is_reroute_intent(text):
+    """An utterance that says there is no way past is interpreted as a request for another route."""
     assert READER.read(text, "Standing behind a parked car and a rock.").intent is GuidanceIntent.REROUTE
 
 
@@ -72,12 +74,14 @@ def test_who_speaks_of_other_roads_asks_for_none(text):
     "text",
     ["wait, the driver is just coming back", "Wait, the driver is just coming back.", "wait, here he comes again"],
 )
-def test_who_says_that_the_driver_comes_back_puts_an_open_question_off_and_denies_nothing(text):
+def test_interpreter_driver_returns_defers_question(text):
+    """When the other driver is about to return, the reply to an open question is to wait, not no."""
     asked = "Standing behind a parked van. The car asks: May I overtake?"
     assert READER.read(text, asked).intent is GuidanceIntent.WAIT
 
 
-def test_who_says_no_since_the_driver_comes_back_has_said_no():
+def test_interpreter_no_because_driver_returns_is_no():
+    """A no stays a no when its reason is that the other driver is about to return."""
     asked = "Standing behind a parked van. The car asks: May I overtake it?"
     assert READER.read("No, you may not, he is just coming back.", asked).intent is GuidanceIntent.NO
 
@@ -96,7 +100,8 @@ SHOUTS = (
 
 @pytest.mark.parametrize("situation", ["Driving round a parked bus in the oncoming lane.", "Driving."])
 @pytest.mark.parametrize("text", SHOUTS)
-def test_who_shouts_to_hold_back_is_never_left_with_not_understood(text, situation):
+def test_interpreter_shout_to_hold_back_is_never_unclear(text, situation):
+    """A shout to hold back is interpreted as an intent to stay in every situation, never as unclear."""
     assert READER.read(text, situation).intent in STAYS
 
 
@@ -118,7 +123,8 @@ def test_a_blind_set_is_read_about_as_well_as_published(name):
     assert right / len(said) > 0.8
 
 
-def test_the_network_is_given_the_situation_and_nothing_else_than_what_was_said():
+def test_encoding_contains_only_situation_and_utterance():
+    """The network receives the situation and the utterance, and nothing else."""
     tokenizer = Tokenizer.from_file(str(DATA / "tokenizer.json"))
     situation, text = "Standing behind a van. The car asks: May I overtake?", "yes, pass it"
     ids, kinds = encoded(tokenizer, situation, text)
@@ -129,7 +135,8 @@ def test_the_network_is_given_the_situation_and_nothing_else_than_what_was_said(
     assert kinds == [0] * (middle + 1) + [1] * (len(pieces) - middle - 1)
 
 
-def test_long_words_leave_the_end_of_the_situation_where_a_question_stands():
+def test_encoding_long_utterance_keeps_end_of_situation():
+    """A long utterance leaves the end of the situation in the input, because the open question stands there."""
     tokenizer = Tokenizer.from_file(str(DATA / "tokenizer.json"))
     ids, _ = encoded(tokenizer, "It rains. " * 99 + "May I overtake?", "well " * 400)
     pieces = [tokenizer.id_to_token(i) for i in ids]
@@ -214,5 +221,6 @@ def test_a_call_for_care_does_not_take_a_request_back(text, intent):
         "I told her to pass, and to watch her back",
     ],
 )
-def test_a_call_for_care_makes_no_request_of_what_is_none(text):
+def test_interpreter_call_for_care_is_no_request_to_move(text):
+    """A call for care does not turn an utterance into a request to move."""
     assert READER.read(text, STANDING).intent not in MOVES

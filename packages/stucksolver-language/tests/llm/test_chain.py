@@ -83,7 +83,8 @@ def test_being_held_without_a_plan_is_in_order():
     assert parse_answer(text, SCENE).plan is None
 
 
-def test_of_all_chains_none_moves_that_is_held_or_there_or_in_doubt():
+def test_chain_accepted_answers_never_contradict_conclusion():
+    """No accepted chain concludes immobilized against its other answers, or moves while the ego is held."""
     answers = (True, False, None)
     for told in itertools.product(answers, repeat=4):
         for immobilized, wait, moves in itertools.product((True, False), (None, *WaitReason), (True, False)):

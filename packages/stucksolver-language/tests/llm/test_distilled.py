@@ -82,7 +82,8 @@ def test_a_scene_survives_its_text(one):
     assert (again.guidance is None) == (one.guidance is None)
 
 
-def test_the_text_is_the_one_that_was_written_in_this_version():
+def test_scene_text_fields_match_digest_of_version():
+    """The digest of the fields belongs to this version of the scene text."""
     # Who changes the rows raises VERSION, trains again and writes the new digest here.
     digest = hashlib.sha256(json.dumps(FIELDS).encode()).hexdigest()[:12]
     assert (VERSION, digest) == (1, "f9a77b8e9a85")
@@ -102,7 +103,8 @@ def test_every_field_of_a_row_exists():
         (lambda text: "", "another version"),
     ],
 )
-def test_a_text_that_is_no_scene_is_refused_with_its_line(change, told):
+def test_scene_text_invalid_is_rejected_with_line(change, told):
+    """Text that is not a scene of this version is rejected, with the line that is wrong."""
     with pytest.raises(SceneTextError, match=told):
         read_scene(change(write_scene(scene(thing("a", 62.0)))))
 
@@ -156,7 +158,8 @@ def test_what_is_no_chain_is_refused(text):
 @pytest.mark.integration
 @given(scenes())
 @settings(max_examples=30, deadline=None)
-def test_all_numbers_are_small_and_of_the_shape_that_the_card_names(one):
+def test_encoding_tables_are_bounded_and_match_model_card(one):
+    """All encoded values are below 10, and all tables have the shapes that the model card names."""
     found = encode(one)
     for kind, table in found.rows.items():
         assert table.shape == (MOST.get(kind, 1), WIDTHS[kind])
@@ -197,7 +200,8 @@ def test_the_same_scene_always_gets_the_same_answer(student, one):
     assert first.decision == again.decision
 
 
-def test_it_proposes_only_what_the_guard_accepts_or_the_rules_propose(student):
+def test_student_all_plans_rejected_falls_back_to_rules(student):
+    """The student proposes only plans that the guard accepts; without one, it proposes the plan of the rules."""
     one = scene(thing("a", 62.0))
     asked: list[RecoveryPlan] = []
 
@@ -234,12 +238,14 @@ def for_help(*more, **update) -> Scene:
     return one
 
 
-def test_among_its_plans_are_short_changes_of_lane_with_the_way_back():
+def test_student_candidates_include_lane_change_and_return():
+    """The candidates contain lane changes followed by a second change or by a return to the route."""
     pairs = {tuple(b.name for b in plan.behaviors) for plan in candidates(for_help())}
     assert {("change_lane", "change_lane"), ("change_lane", "rejoin_route")} <= pairs
 
 
-def test_a_plan_that_the_guard_accepts_comes_before_a_call_for_help():
+def test_student_accepted_plan_precedes_request_for_assistance():
+    """A plan that the guard accepts is preferred to a request for assistance."""
     asked: list[RecoveryPlan] = []
 
     def accept(plan: RecoveryPlan) -> str:
@@ -265,7 +271,8 @@ def test_without_such_a_plan_the_call_stands(choice, check):
     assert plan is not None and plan.behaviors[0].name == "request_assistance"
 
 
-def test_it_does_not_try_to_get_past_something_in_its_own_lane():
+def test_student_object_in_lane_is_not_passed_in_lane():
+    """With an object in the ego's lane, the student does not try to continue in that lane."""
     one = scene(thing("a", 62.0), stopped_for_s=70.0)
     asked: list[RecoveryPlan] = []
     DistilledReasoner(choice=SelectionPolicy(unlikely=0.0, tried=1000)).decide(
@@ -276,7 +283,8 @@ def test_it_does_not_try_to_get_past_something_in_its_own_lane():
     assert not ways & {("keep_lane",), ("back_up", "keep_lane")}
 
 
-def test_where_nothing_is_in_the_way_and_the_rules_have_no_plan_it_has_none():
+def test_student_without_blocker_or_rule_plan_has_no_plan():
+    """Without a blocker and without a plan of the rules, the student has no plan."""
     one = scene(stopped_for_s=5.0)
     assert RuleReasoner().decide(ReasonerRequest(one)).decision.plan is None
     restless = SelectionPolicy(soon=2.0, unlikely=0.0)
@@ -300,7 +308,8 @@ def test_where_a_light_holds_the_vehicle_the_call_stands():
         ((thing("across", 60.0, 15.0, yaw=-math.pi / 2, sideways=-6.0),), (), True),
     ],
 )
-def test_lights_gates_and_who_goes_first_hold_it_however_long_it_has_stood(more, controls, held):
+def test_student_light_gate_or_priority_holds_regardless_of_stop_time(more, controls, held):
+    """A light, a gate or traffic with priority holds the ego, however long it has been stopped."""
     one = scene(*CAR_AND_ROCK, *more, controls=controls, stopped_for_s=500.0)
     lane = one.ego.lane_id
     route = tuple(CandidateWaypoint(id=f"w{s}", lane_id=lane, x_m=s, y_m=0.0, distance_m=s) for s in (10.0, 30.0))
@@ -362,8 +371,8 @@ def test_missing_weights_are_named_with_the_remedy(tmp_path):
 def test_weights_of_another_version_are_named_with_the_remedy(tmp_path, change, told):
     for name in (CARD, WEIGHTS):
         shutil.copy(DATA / name, tmp_path)
-    card = json.loads((tmp_path / CARD).read_text())
-    (tmp_path / CARD).write_text(json.dumps({**card, **change}))
+    card = json.loads((tmp_path / CARD).read_text(encoding="utf-8"))
+    (tmp_path / CARD).write_text(json.dumps({**card, **change}), encoding="utf-8")
     with pytest.raises(ReasonerNameError, match=rf"{told}.*python -m lab distill train"):
         make_reasoner(f"distilled:{tmp_path}")
 
@@ -373,7 +382,8 @@ def test_the_shipped_weights_know_every_behaviour():
     assert set(known) == set(REGISTRY), "a behaviour is new: collect and train again"
 
 
-def test_a_behaviour_that_the_weights_do_not_know_is_never_asked_about(monkeypatch):
+def test_student_behavior_outside_vocabulary_is_never_proposed(monkeypatch):
+    """A behavior that is missing from the vocabulary of the weights is never checked with the guard."""
     student = DistilledReasoner(choice=SelectionPolicy(unlikely=0.0, tried=1000))
     one = scene(thing("a", 62.0))
     asked: set[str] = set()
@@ -400,7 +410,8 @@ def test_a_behaviour_that_the_weights_do_not_know_is_never_asked_about(monkeypat
 RUNG = '[[rung]]\nkind = "distilled"\ntries = 2\n\n[[rung]]\nkind = "model"'
 
 
-def test_a_rung_of_the_ladder_asks_the_student_after_the_rules():
+def test_ladder_rung_adds_student_to_solver():
+    """A rung of the ladder can name the student, and the solver then has it as a reasoner."""
     text = profile_text("default").replace('[[rung]]\nkind = "model"', RUNG)
     made = parse_ladder(text, "mine")
     assert made.students() == ("distilled",)

@@ -58,7 +58,7 @@ def test_images_are_kept_once_by_their_digest(server, tmp_path):
     record(server, tmp_path, scene(60.0), scene(62.0))
     images = list((tmp_path / "images").iterdir())
     assert [p.read_bytes() for p in images] == [IMAGE.jpeg]
-    lines = (tmp_path / "exchanges.jsonl").read_text().splitlines()
+    lines = (tmp_path / "exchanges.jsonl").read_text(encoding="utf-8").splitlines()
     assert all(images[0].stem in line for line in lines)
 
 
@@ -71,7 +71,7 @@ def test_a_question_that_was_never_asked_is_a_failure(server, tmp_path):
 def test_a_changed_request_is_found(server, tmp_path):
     record(server, tmp_path, scene())
     path = tmp_path / "exchanges.jsonl"
-    path.write_text(path.read_text().replace("Observe", "Ignore", 1))
+    path.write_text(path.read_text(encoding="utf-8").replace("Observe", "Ignore", 1), encoding="utf-8")
     with pytest.raises(ExchangesError, match=r"line 1.*changed"):
         RecordedChat(tmp_path)
 
@@ -117,7 +117,7 @@ def test_nothing_of_a_key_is_kept(server, tmp_path, monkeypatch):
     monkeypatch.setenv("STUCKSOLVER_KEYS", f"{server.url.removesuffix('/v1')}=sk-very-secret")
     record(server, tmp_path, scene())
     assert server.headers[0]["authorization"] == "Bearer sk-very-secret"
-    assert "sk-very" not in json.dumps((tmp_path / "exchanges.jsonl").read_text())
+    assert "sk-very" not in json.dumps((tmp_path / "exchanges.jsonl").read_text(encoding="utf-8"))
 
 
 @pytest.mark.parametrize("existing", [False, True])

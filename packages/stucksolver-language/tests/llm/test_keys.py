@@ -143,7 +143,8 @@ def test_entry_that_cannot_be_read_is_named_by_its_number(monkeypatch, entry):
 # ---- with a server
 
 
-def test_server_of_ones_own_is_asked_without_a_key_and_says_so(server):
+def test_custom_server_gets_no_key_and_preflight_notes_it(server):
+    """A server of the user's is queried without a key, and the preflight says so."""
     reasoner = make_reasoner(f"openai:reader@{server.url}")
     (note,) = preflight(reasoner, "it")
     assert "gets no key" in note and "--send-key" in note and server.url in note
@@ -172,7 +173,8 @@ def test_key_of_the_server_is_sent_and_told(server, monkeypatch):
     assert KEYS_VARIABLE in note and OWN_KEY not in note
 
 
-def test_server_that_wants_a_key_gets_a_message_with_the_remedy(server):
+def test_custom_server_requiring_key_names_the_remedy(server):
+    """If the server requires a key and none was sent, the error names --send-key."""
     server.key = "right"
     with pytest.raises(ReasonerNameError, match=r"none was sent: --send-key sends OPENAI_API_KEY"):
         preflight(make_reasoner(f"openai:reader@{server.url}"), "it")
@@ -235,7 +237,7 @@ def test_answer_of_a_server_is_stored_without_the_key(server, monkeypatch, tmp_p
     made = make_reasoner(f"openai:reader@{url}", tmp_path).decide(ReasonerRequest(sc, deadline_s=20.0))
     assert key not in made.decision.rationale and "red" in made.decision.rationale
     assert made.decision.rationale.isprintable()
-    stored = (tmp_path / "exchanges.jsonl").read_text()
+    stored = (tmp_path / "exchanges.jsonl").read_text(encoding="utf-8")
     for item in json.loads(stored), stored:
         assert key not in str(item)
 
@@ -249,7 +251,7 @@ def test_login_of_an_address_is_sent_and_shown_nowhere(server, tmp_path, login):
     notes = preflight(reasoner, "it")
     reasoner.decide(ReasonerRequest(scene(), deadline_s=20.0))
     assert server.headers[0]["authorization"].startswith("Basic ")
-    shown_texts = [*notes, reasoner.name, str(reasoner), (tmp_path / "exchanges.jsonl").read_text()]
+    shown_texts = [*notes, reasoner.name, str(reasoner), (tmp_path / "exchanges.jsonl").read_text(encoding="utf-8")]
     parts = [part for part in login.split(":") if len(part) > 3]
     assert not [part for part in parts for text in shown_texts if part in text]
 
@@ -311,7 +313,9 @@ def stucksolver(*words, folder, **environment):
 def test_configuration_file_of_a_folder_gets_no_key(server, tmp_path, own):
     """Here a file that somebody else wrote names the server; with `--send-key` the user lets it have the key."""
     server.key = KEY
-    (tmp_path / "stucksolver.toml").write_text(f'[cases]\nreasoner = "openai:absent@{server.url}"\nout = "out"\n')
+    (tmp_path / "stucksolver.toml").write_text(
+        f'[cases]\nreasoner = "openai:absent@{server.url}"\nout = "out"\n', encoding="utf-8"
+    )
     done = stucksolver("cases", *(["--send-key"] if own else []), folder=tmp_path)
     assert done.returncode == 2
     assert ("no model 'absent'" if own else "none was sent") in done.stderr
@@ -324,26 +328,31 @@ def test_configuration_file_of_a_folder_gets_no_key(server, tmp_path, own):
 def test_login_of_an_address_is_not_printed(server, tmp_path, place):
     """Nor kept in a result: the words with which a command was called are repeated in many places."""
     name = f"openai:absent@{server.url.replace('http://', f'http://{LOGIN}@')}"
-    (tmp_path / "stucksolver.toml").write_text(f'[cases]\nreasoner = "{name}"\n' if place == "file" else "")
+    (tmp_path / "stucksolver.toml").write_text(
+        f'[cases]\nreasoner = "{name}"\n' if place == "file" else "", encoding="utf-8"
+    )
     words = ["--reasoner", name] if place == "argument" else []
     environment = {"STUCKSOLVER_CASES_REASONER": name} if place == "variable" else {}
     done = stucksolver("cases", "--out", "out", *words, folder=tmp_path, **environment)
     assert "no model 'absent'" in done.stderr
     assert server.headers[0]["authorization"] == f"Basic {base64.b64encode(LOGIN.encode()).decode()}"
-    kept = [file.read_text(errors="replace") for file in (tmp_path / "out").rglob("*") if file.is_file()]
+    kept = [
+        file.read_text(errors="replace", encoding="utf-8") for file in (tmp_path / "out").rglob("*") if file.is_file()
+    ]
     assert not [text for text in (done.stdout, done.stderr, *kept) if "anna" in text or "pa55" in text]
 
 
 @pytest.mark.integration
 def test_send_key_is_no_setting(tmp_path):
     """A file cannot say it for the user."""
-    (tmp_path / "stucksolver.toml").write_text("[cases]\nsend-key = true\n")
+    (tmp_path / "stucksolver.toml").write_text("[cases]\nsend-key = true\n", encoding="utf-8")
     done = stucksolver("cases", folder=tmp_path)
     assert done.returncode == 2 and "no setting 'send-key'" in done.stderr
 
 
 @pytest.mark.integration
-def test_send_key_without_a_server_or_a_key_says_what_is_missing(tmp_path):
+def test_send_key_without_server_or_key_names_missing_part(tmp_path):
+    """With --send-key and without a server or a key, the error names the missing one."""
     assert "no server" in stucksolver("cases", "--send-key", folder=tmp_path).stderr
     words = ("cases", "--send-key", "--reasoner", "openai:m@http://h/v1")
     assert "no key" in stucksolver(*words, folder=tmp_path, OPENAI_API_KEY="").stderr

@@ -76,7 +76,8 @@ def spoilt(sc, change):
 
 
 @pytest.mark.integration
-def test_a_parked_car_in_our_lane_is_passed_by_the_free_lane(server):
+def test_model_reasoner_parked_car_is_passed_in_adjacent_lane(server):
+    """A parked car in the ego's lane is passed with a change to the free adjacent lane."""
     decision = reasoner(server).decide(ReasonerRequest(scene())).decision
     assert isinstance(decision.plan.behaviors[0], ChangeLane)
     assert [s.id for s in decision.analysis.steps] == ["S2.2", "S2.3", "S2.4", "S2.5"]
@@ -93,7 +94,8 @@ def test_guidance_asks_its_own_question(server):
     assert decision.plan is not None
 
 
-def test_the_request_is_one_strict_call_with_image_and_no_more(server):
+def test_model_request_is_one_strict_call_with_image(server):
+    """The request forces one call of a strict tool, without parallel calls, and contains the image."""
     reasoner(server).decide(ReasonerRequest(scene(image=CameraImage(width=8, height=8, jpeg=JPEG))))
     request = server.requests[0]
     assert request["tools"][0]["function"]["strict"] is True
@@ -116,7 +118,8 @@ def test_distances_are_those_that_were_measured(server):
         ({"tools", "schema"}, Dialect.PROSE),
     ],
 )
-def test_a_server_that_lacks_something_is_asked_in_the_next_dialect_and_that_is_kept(server, lacks, dialect):
+def test_model_server_lacking_feature_steps_down_dialect_once(server, lacks, dialect):
+    """A server that lacks a feature is queried in the next dialect, and later queries keep that dialect."""
     server.lacks = lacks
     asking = reasoner(server)
     assert asking.decide(ReasonerRequest(scene())).decision.plan is not None
@@ -152,7 +155,8 @@ SPOILED = {
 
 
 @pytest.mark.parametrize("what", SPOILED)
-def test_what_is_wrong_is_quoted_once_and_then_it_is_right(server, what):
+def test_model_invalid_answer_is_repaired_with_one_request(server, what):
+    """An invalid answer is sent back once with its error, and the corrected answer is used."""
     sc = scene()
     server.faults.append(spoilt(sc, SPOILED[what]))
     decision = reasoner(server).decide(ReasonerRequest(sc)).decision
@@ -162,7 +166,8 @@ def test_what_is_wrong_is_quoted_once_and_then_it_is_right(server, what):
     assert told["role"] == "tool" and "cannot be used" in told["content"]
 
 
-def test_an_answer_that_stays_wrong_is_a_failure_after_one_repair(server):
+def test_model_answer_still_invalid_after_repair_fails(server):
+    """An answer that is still invalid after one repair is a failure of the reasoner."""
     sc = scene()
     server.faults.extend([spoilt(sc, SPOILED["an extra field"])] * 5)
     with pytest.raises(ReasonerError, match="invalid answer"):
@@ -178,7 +183,8 @@ def test_the_wrong_tool_is_repaired_too(server):
 @pytest.mark.parametrize(
     "body", [b"", b"<html>", b"[]", b'{"choices": []}', b'{"choices": [{}]}', b'{"choices": 3}', b"\xff\xfe"]
 )
-def test_a_body_that_is_no_completion_is_a_failure_of_ours_not_a_crash(server, body):
+def test_model_response_without_completion_raises_reasoner_error(server, body):
+    """A response body that is not a completion raises a ReasonerError, and no other exception."""
     server.faults.extend([Fault(body=body)] * 20)
     with pytest.raises(ReasonerError):
         reasoner(server, deadline_s=0.6).decide(ReasonerRequest(scene()))

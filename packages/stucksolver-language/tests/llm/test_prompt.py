@@ -53,7 +53,8 @@ def test_numbers_are_those_of_the_scene():
     assert "traffic_light red 40 m applies" in text
 
 
-def test_open_doors_and_a_flaggers_signal_are_told_and_read_back():
+def test_prompt_open_door_and_flagger_signal_survive_round_trip():
+    """An open door and the signal of a flagger are written to the prompt and read back from it."""
     made = scene(2)
     door, flagger = made.objects[0], made.objects[1].model_copy(update={"kind": ObjectKind.FLAGGER})
     objects = (door.model_copy(update={"door_open": True}), flagger.model_copy(update={"gesture": Gesture.STOP}))

@@ -18,7 +18,7 @@ def scene():
 
 def test_a_scene_is_shown_with_its_function(scene, tmp_path, capsys):
     path = tmp_path / "scene.json"
-    path.write_text(scene.model_dump_json())
+    path.write_text(scene.model_dump_json(), encoding="utf-8")
     assert main(["prompt", str(path)]) == 0
     shown = capsys.readouterr().out
     assert ROLE in shown
@@ -29,7 +29,7 @@ def test_a_scene_is_shown_with_its_function(scene, tmp_path, capsys):
 def test_the_first_scene_of_a_record_is_shown(scene, tmp_path, capsys):
     path = tmp_path / "record.jsonl"
     lines = [{"kind": "begin"}, {"event": {"scene": scene.model_dump(mode="json")}}]
-    path.write_text("\n".join(json.dumps(line) for line in lines))
+    path.write_text("\n".join(json.dumps(line) for line in lines), encoding="utf-8")
     assert main(["prompt", "--json", str(path)]) == 0
     told = json.loads(capsys.readouterr().out)
     assert told["messages"][0]["role"] == "system"
@@ -39,7 +39,7 @@ def test_the_first_scene_of_a_record_is_shown(scene, tmp_path, capsys):
 @pytest.mark.parametrize("text", ["", "{}", '{"ego": 3}', "not json"])
 def test_a_file_without_a_scene_is_named(text, tmp_path, capsys):
     path = tmp_path / "odd.json"
-    path.write_text(text)
+    path.write_text(text, encoding="utf-8")
     assert main(["prompt", str(path)]) == 2
     assert "odd.json" in capsys.readouterr().err
 

@@ -91,7 +91,8 @@ def test_a_preflight_finds_out_that_it_cannot_see(url):
     assert "omits pictures" in note and "image input is not supported" in note
 
 
-def test_a_named_function_is_answered_in_prose_and_a_schema_is_kept_to(url):
+def test_real_server_prose_answer_selects_json_schema_dialect(url):
+    """This server answers a named function in prose, so that the preflight selects the JSON schema dialect."""
     reasoner = make_reasoner(f"openai:smollm2@{url}#tokens=100")
     reasoner.model.takes = capabilities_of("smollm2", None, ModelOptions(tokens=100))
     notes = reasoner.preflight()
@@ -99,12 +100,14 @@ def test_a_named_function_is_answered_in_prose_and_a_schema_is_kept_to(url):
     assert any("answered without a call" in note for note in notes)
 
 
-def test_a_context_that_is_too_small_is_told_before_the_drive(small_url):
+def test_real_server_small_context_fails_preflight(small_url):
+    """A context that is too small for the prompt is an error before the drive."""
     with pytest.raises(PermanentReasonerError, match="context of 2048 tokens"):
         make_reasoner(f"openai:smollm2@{small_url}").preflight()
 
 
-def test_its_answers_have_the_form_that_was_asked_for_and_its_cache_is_used(url, capsys):
+def test_real_server_answers_follow_schema_and_use_cache(url, capsys):
+    """Answers have the requested form, and the second query uses the server's cache."""
     settings = ModelSettings(deadline_s=ENOUGH_S, repairs=0)
     reasoner = LanguageModelReasoner(make_reasoner(f"openai:smollm2@{url}#pictures=off").model, settings=settings)
     told = []

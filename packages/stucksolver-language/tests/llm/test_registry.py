@@ -53,7 +53,8 @@ def test_what_cannot_be_made_is_said_with_the_reason(words, why):
         make_reasoner(words)
 
 
-def test_the_help_names_every_kind_and_no_name_is_taken_twice():
+def test_reasoner_help_is_complete_and_duplicate_name_rejected():
+    """The help names every kind of reasoner, and a name cannot be registered twice."""
     assert all(kind.form in HELP for kind in KINDS.values())
     with pytest.raises(ValueError, match="already a kind of reasoner named 'rules'"):
         register(ReasonerKind("rules", "rules", lambda rest, exchanges: RuleReasoner()))

@@ -72,7 +72,8 @@ def test_a_server_of_ones_own_is_asked_by_schema_first(server):
     ("ignores", "dialect"),
     [({"schema"}, Dialect.TOOL), ({"schema", "tools"}, Dialect.PROSE)],
 )
-def test_prose_in_place_of_a_call_steps_down_within_the_question_and_stays_there(server, ignores, dialect):
+def test_server_prose_answer_steps_down_dialect_within_query(server, ignores, dialect):
+    """Prose in place of a call changes the dialect within the same query, and later queries keep that dialect."""
     server.ignores = ignores
     reasoner = asking(server)
     assert reasoner.decide(ReasonerRequest(scene())).decision.plan is not None
@@ -109,7 +110,8 @@ def test_a_call_that_is_written_out_is_read(server, written):
     assert len(server.requests) == 1
 
 
-def test_a_question_to_the_guard_that_is_written_out_is_one(server):
+def test_server_check_plan_written_as_text_is_executed(server):
+    """A call of check_plan that the model writes as text is treated as a call."""
     plan = {"behaviors": [{"name": "creep", "distance_m": 2, "speed_mps": 1}]}
     text = json.dumps({"name": "check_plan", "arguments": plan})
     server.faults.append(Fault(message={"role": "assistant", "content": text}))
@@ -121,7 +123,8 @@ def test_a_question_to_the_guard_that_is_written_out_is_one(server):
 # ---- pictures
 
 
-def test_a_model_that_cannot_see_is_found_out_once_and_told_of(server):
+def test_server_without_image_support_gets_images_once(server):
+    """A model without image support is detected with the first image; later queries omit it, with one note."""
     server.lacks = {"pictures"}
     reasoner = asking(server)
     answers = [reasoner.decide(ReasonerRequest(scene(image=IMAGE))) for _ in range(3)]
@@ -156,7 +159,8 @@ def test_pictures_can_be_switched_off(server):
 # ---- errors
 
 
-def test_an_error_of_the_servers_own_is_quoted_and_asked_about_once_more_only(server):
+def test_server_internal_error_is_quoted_and_retried_once(server):
+    """An internal error of the server is quoted in the failure, after one retry only."""
     server.faults.extend([Fault(status=500, error={"message": "failed to parse grammar at line 3"})] * 20)
     reasoner = asking(server, "#call=prose")
     with pytest.raises(ReasonerError, match=r"500: failed to parse grammar at line 3.*twice"):
@@ -164,7 +168,8 @@ def test_an_error_of_the_servers_own_is_quoted_and_asked_about_once_more_only(se
     assert len(server.requests) == 2
 
 
-def test_what_a_person_has_to_mend_is_not_asked_again_at_once(server, monkeypatch):
+def test_server_permanent_error_is_not_retried_at_once(server, monkeypatch):
+    """An error that a person must fix is not sent again: three queries make one request."""
     monkeypatch.setenv("OPENAI_API_KEY", "wrong")
     server.key = "right"
     reasoner = asking(server)
@@ -181,7 +186,8 @@ def test_what_a_person_has_to_mend_is_not_asked_again_at_once(server, monkeypatc
         "the request exceeds the available context size (4096 tokens), try increasing it",
     ],
 )
-def test_a_prompt_that_is_too_long_says_how_to_make_room(server, said):
+def test_server_prompt_too_long_names_the_remedy(server, said):
+    """When the prompt exceeds the context, the error gives the size of the context and how to enlarge it."""
     server.faults.append(Fault(status=400, error={"message": said}))
     with pytest.raises(PermanentReasonerError, match=r"4096.*OLLAMA_CONTEXT_LENGTH"):
         asking(server).decide(ReasonerRequest(scene()))
@@ -200,7 +206,8 @@ def test_a_reasoning_model_gets_no_temperature_and_room_to_think(server):
 
 
 @pytest.mark.parametrize("lacks", [{"temperature"}, {"max_tokens"}, {"temperature", "max_tokens"}])
-def test_a_parameter_that_is_refused_is_left_out_from_then_on(server, lacks):
+def test_server_rejected_parameter_is_omitted_from_then_on(server, lacks):
+    """A parameter that the server rejects is omitted from all later requests."""
     server.lacks = lacks
     reasoner = asking(server, model="deployment-7")
     assert reasoner.decide(ReasonerRequest(scene())).decision.plan is not None
@@ -228,7 +235,8 @@ def test_a_server_that_refuses_everything_is_not_asked_for_ever(server):
     assert len(server.requests) < 8
 
 
-def test_azures_older_addresses_carry_the_key_in_a_header_of_their_own(server, monkeypatch):
+def test_server_azure_deployment_address_uses_api_key_header(server, monkeypatch):
+    """An Azure deployment address gets the key in its api-key header, not as authorization."""
     monkeypatch.setenv("STUCKSOLVER_KEYS", "127.0.0.1=azure-key")
     server.key = "azure-key"
     base = server.url.replace("/v1", "/openai/deployments/my-gpt?api-version=2024-10-21")
@@ -350,7 +358,8 @@ def test_a_question_whose_answer_came_too_late_is_paid_for(server):
         reasoner.decide(ReasonerRequest(scene()))
 
 
-def test_a_server_that_does_not_count_is_paid_for_by_estimate(server):
+def test_server_without_token_counts_is_charged_by_estimate(server):
+    """If the server reports no token counts, the purse is charged with an estimate."""
     server.counts = False
     reasoner = asking(server)
     reasoner.decide(ReasonerRequest(scene()))
@@ -370,7 +379,8 @@ def test_a_preflight_is_one_request_that_learns_and_tells(server):
     assert len(server.requests) == before + 1
 
 
-def test_a_preflight_of_a_server_in_order_is_silent_and_short(server):
+def test_server_preflight_without_fault_is_one_short_request(server):
+    """The preflight of a server without faults makes one short request and returns no notes."""
     assert asking(server).preflight() == ()
     assert len(server.requests) == 1 and len(json.dumps(server.requests[0])) < 2000
 
@@ -382,13 +392,15 @@ def test_a_preflight_of_a_server_in_order_is_silent_and_short(server):
         ({"id": "some.gguf", "meta": {"n_ctx": 2048, "n_ctx_train": 8192}}, 2048),
     ],
 )
-def test_a_context_that_is_too_small_is_found_before_the_drive(server, entry, context):
+def test_server_small_context_fails_preflight(server, entry, context):
+    """A context that is too small for the prompt is an error before the drive."""
     server.models = [entry]
     with pytest.raises(PermanentReasonerError, match=rf"context too small: .* has {context} tokens.*--ctx-size"):
         asking(server).preflight()
 
 
-def test_a_context_that_is_large_enough_is_none_to_tell_of(server):
+def test_server_sufficient_context_gives_no_note(server):
+    """A context that is large enough for the prompt gives no note."""
     server.models = [{"id": MODEL, "max_model_len": 4096}, {"id": "other", "max_model_len": 512}]
     assert asking(server).preflight() == ()
 

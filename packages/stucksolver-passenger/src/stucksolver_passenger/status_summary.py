@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from stucksolver.ladder import CallAssistance, Resume
 from stucksolver.plan import Decision, RecoveryPlan
-from stucksolver.scene import ControlKind, LightState, Scene, Status
+from stucksolver.scene import IMMOBILIZED_BELOW_MPS, ControlKind, LightState, Scene, Status
 from stucksolver.solver import Event, QuestionKind
 from stucksolver.solver.state_machine.state import AwaitingApproval, AwaitingGap, Executing, State, StateName
 from stucksolver_passenger.sentences.nouns import nouns
@@ -16,8 +16,6 @@ from stucksolver_passenger.sentences.rejections import rejection_sentence
 
 FRESH_S = 4.0
 """Time for which a decision about a stopped car is its displayed thought (s). It is renewed every few seconds. Ours."""
-SLOW_MPS = 5 / 3.6
-"""Speed below which the car counts as stopped, or nearly (m/s): the detector's threshold."""
 NEAR_M, LIGHT_M = 45.0, 60.0
 """Distances within which a road user and a red light are mentioned (m). Ours."""
 MOVING_MPS = 0.5
@@ -68,12 +66,12 @@ def mind(state: State, status: Status, decided: Event | None, scene: Scene | Non
         return StatusSummary(_why(activity.answer.decision, scene), f"I will {future_phrase(activity.plan)}.")
     if question is not None and question.kind is QuestionKind.ADVICE:
         return StatusSummary(_decided_thought(decided, scene), "I am waiting for your advice.")
-    if state.escalation.quiet_until_s > status.time_s and status.speed_mps < SLOW_MPS:
+    if state.escalation.quiet_until_s > status.time_s and _is_slow(status, scene):
         return StatusSummary(
             _ahead(scene) or "I am standing.", "I am waiting, as you asked. Tell me when I should try again."
         )
     fresh = decided is not None and status.time_s - decided.time_s < FRESH_S
-    if decided is not None and fresh and status.speed_mps < SLOW_MPS:
+    if decided is not None and fresh and _is_slow(status, scene):
         return _decided(decided, scene)
     return _driving(status, scene)
 
@@ -140,10 +138,15 @@ def _planned(plan: RecoveryPlan | None) -> str:
     return "I will keep looking for a way." if plan is None else f"I will {future_phrase(plan)}."
 
 
+def _is_slow(status: Status, scene: Scene | None) -> bool:
+    """Return True if the car is slower than the detector's threshold."""
+    return status.speed_mps < (IMMOBILIZED_BELOW_MPS if scene is None else scene.ego.immobilized_below_mps)
+
+
 def _driving(status: Status, scene: Scene | None) -> StatusSummary:
     if status.at_destination:
         return StatusSummary("We are there.", "I will stop here.")
-    moving = status.speed_mps >= SLOW_MPS
+    moving = not _is_slow(status, scene)
     if scene is not None:
         lights = [c for c in scene.controls if c.kind is ControlKind.TRAFFIC_LIGHT and c.applies is not False]
         if any(c.state is LightState.RED and 0.0 < c.distance_m < LIGHT_M for c in lights):

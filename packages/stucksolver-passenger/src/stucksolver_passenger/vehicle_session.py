@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable
 
 from stucksolver.scene import GuidanceIntent, Scene, Status
-from stucksolver.scene.plausibility import why_unsound_status
+from stucksolver.scene.plausibility import status_implausibility
 from stucksolver.solver import Question, QuestionError, StuckSolver
 from stucksolver.word_safeguards.restraint import alarm
 from stucksolver_passenger.api_types import (
@@ -92,7 +92,7 @@ class VehicleSession:
             status: The vehicle's status.
             look: Makes a scene; called once a second.
         """
-        if why_unsound_status(status) is not None:
+        if status_implausibility(status) is not None:
             # The solver reports the invalid status. People can still stop the vehicle.
             self._forward_utterance()
             self._answer_from_guidance()

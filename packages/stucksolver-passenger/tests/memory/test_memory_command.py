@@ -53,7 +53,7 @@ def test_list_show_and_export_are_json_that_has_everything(capsys, file):
 
 def test_what_was_exported_can_be_imported(capsys, file, tmp_path, monkeypatch):
     lines = said(capsys, "export", file)
-    (tmp_path / "lines").write_text(lines)
+    (tmp_path / "lines").write_text(lines, encoding="utf-8")
     assert said(capsys, "import", str(tmp_path / "new.db"), str(tmp_path / "lines")) == "2 added\n"
     monkeypatch.setattr("sys.stdin", io.StringIO(lines))
     assert said(capsys, "import", str(tmp_path / "new.db"), "-") == "2 added\n"
@@ -61,14 +61,14 @@ def test_what_was_exported_can_be_imported(capsys, file, tmp_path, monkeypatch):
 
 
 def test_import_and_forget_give_a_script_their_counts(capsys, file, tmp_path):
-    (tmp_path / "lines").write_text(said(capsys, "export", file))
+    (tmp_path / "lines").write_text(said(capsys, "export", file), encoding="utf-8")
     new = str(tmp_path / "new.db")
     assert json.loads(said(capsys, "import", new, str(tmp_path / "lines"), "--json")) == {"added": 2}
     assert json.loads(said(capsys, "forget", new, "1", "--json")) == {"forgotten": 1}
 
 
 def test_a_bad_line_is_named_and_nothing_is_added(capsys, file, tmp_path):
-    (tmp_path / "lines").write_text(said(capsys, "export", file) + '{"ending": "worked"}\n')
+    (tmp_path / "lines").write_text(said(capsys, "export", file) + '{"ending": "worked"}\n', encoding="utf-8")
     told = refused(capsys, "import", str(tmp_path / "new.db"), str(tmp_path / "lines"))
     assert "line 3. Nothing was added" in told
     assert not (tmp_path / "new.db").exists()
@@ -83,15 +83,16 @@ def test_forget_deletes_what_was_named_and_nothing_else(capsys, file, tmp_path, 
 
 
 def test_what_cannot_be_done_is_one_line_with_the_remedy(capsys, file, tmp_path):
-    (tmp_path / "diary").write_text("dear diary " * 400)
+    (tmp_path / "diary").write_text("dear diary " * 400, encoding="utf-8")
     assert "no such memory" in refused(capsys, "list", str(tmp_path / "nowhere.db"))
     assert "not a StuckSolver memory" in refused(capsys, "list", str(tmp_path / "diary"))
     assert "no such entry: 9" in refused(capsys, "show", file, "9")
     assert "nothing selected" in refused(capsys, "forget", file)
 
 
-def test_drives_with_a_file_that_is_no_memory_are_refused_before_they_begin(tmp_path):
-    (tmp_path / "diary").write_text("dear diary " * 400)
+def test_system_with_invalid_memory_file_is_rejected_before_run(tmp_path):
+    """A system whose memory is another file, or which has no recovery to use it, is rejected before the run."""
+    (tmp_path / "diary").write_text("dear diary " * 400, encoding="utf-8")
     with pytest.raises(SystemSpecError, match="not a StuckSolver memory"):
         check_arm(SystemSpec(recovery="rules", memory=tmp_path / "diary"))
     with pytest.raises(SystemSpecError, match="'none' does not"):

@@ -62,7 +62,8 @@ def taught(lessons, tmp_path):
 
 
 @pytest.mark.integration
-def test_what_a_passenger_said_is_kept_with_the_scene_and_the_end(taught):
+def test_memory_entry_contains_utterance_scene_and_outcome(taught):
+    """What the passenger said is stored with the scene, the solution and its outcome."""
     told = SolutionStore(taught).episodes()[0].episode
     assert (told.text, told.solution, told.ending) == ("Please take another street.", REROUTE, SolutionOutcome.WORKED)
     assert told.scene.obstacle == "debris" and told.questions == 1 and told.guided
@@ -88,8 +89,8 @@ def test_one_kind_of_obstacle_says_nothing_of_another(taught):
     assert not recovered(after) and questions(after) == 1
 
 
-def test_a_memory_that_proposes_what_does_not_help_is_overruled_by_what_happens(taught):
-    """The same debris, but no way round: the solution is tried once in an intervention, and its rate falls."""
+def test_memory_ineffective_solution_is_tried_once_and_recorded_as_failed(taught):
+    """Same debris without a detour: the remembered solution is tried once in an intervention, and its rate falls."""
     path, dead_end = taught, blocked_road()
     dead_end.drive = lambda directive: World.drive(dead_end, directive)
     events = one_drive(path, dead_end)
@@ -148,7 +149,8 @@ def test_another_reasoner_is_not_asked_where_the_memory_knows(taught, tmp_path):
     assert not recovered(one_drive(tmp_path / "empty.db", blocked_road(), inner=silent)) and silent.asked > 0
 
 
-def test_a_file_that_breaks_on_the_way_leaves_the_drive_as_without_a_memory(taught, tmp_path):
+def test_memory_file_lost_during_run_does_not_disturb_solver(taught, tmp_path):
+    """When the file is lost during a run, the solver works as without a memory, and the memory reports the fault."""
     path = taught
     with Memory(path) as memory:
         for item in tmp_path.glob("m.db*"):

@@ -36,7 +36,8 @@ def test_once_is_luck_and_twice_without_a_failure_is_trusted(worked, failed, tru
     assert [item.trusted for item in found] == ([trusted] if worked + failed else [])
 
 
-def test_one_bad_advice_neither_displaces_a_good_solution_nor_is_proposed_itself():
+def test_recall_one_failed_solution_keeps_good_one_first():
+    """One piece of bad advice neither displaces a good solution nor becomes trusted itself."""
     good, bad = [episode()] * 3, episode(BACK_UP, FAILED, text="back up a bit")
     first, second = recall([*good, bad], features())
     assert (first.solution, first.trusted, second.solution, second.trusted) == (REROUTE, True, BACK_UP, False)
@@ -57,7 +58,8 @@ def test_another_obstacle_motion_or_light_is_another_kind_of_scene(change):
     assert recall([episode()] * 3, features(**change)) == ()
 
 
-def test_a_scene_that_differs_in_one_detail_is_alike_and_in_two_is_not():
+def test_recall_scene_with_one_difference_matches_two_do_not():
+    """A scene that differs in one detail is similar enough for recall; one that differs in two is not."""
     assert recall([episode()] * 3, features(people=True))
     assert not recall([episode()] * 3, features(people=True, detour=False))
 

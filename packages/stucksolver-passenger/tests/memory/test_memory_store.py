@@ -88,10 +88,10 @@ def test_episodes_are_forgotten_by_number_time_and_vehicle(path):
 
 
 def test_a_file_of_something_else_is_refused_and_left_alone(path):
-    path.write_text("dear diary, " * 200)
+    path.write_text("dear diary, " * 200, encoding="utf-8")
     with pytest.raises(MemoryFileError, match="not a StuckSolver memory"):
         SolutionStore(path)
-    assert path.read_text().startswith("dear diary")
+    assert path.read_text(encoding="utf-8").startswith("dear diary")
     other = path.with_name("other.db")
     with sqlite3.connect(other) as connection:
         connection.execute("CREATE TABLE mine (x)")
@@ -137,7 +137,8 @@ def test_a_file_of_a_newer_version_is_refused(path):
         SolutionStore(path)
 
 
-def test_an_older_file_is_brought_up_to_date_with_what_is_in_it(path):
+def test_store_older_file_is_migrated_with_its_entries(path):
+    """An older file is migrated to the current version and keeps its entries."""
     SolutionStore(path).add(episode(text=WORDS))
     with sqlite3.connect(path, isolation_level=None) as connection:
         migrate(connection, (*MIGRATIONS, "ALTER TABLE episodes ADD COLUMN mood TEXT NOT NULL DEFAULT 'calm'"))
@@ -174,7 +175,8 @@ def test_processes_that_write_at_once_lose_nothing(path):
 
 @pytest.mark.release
 @pytest.mark.integration
-def test_a_process_that_is_killed_while_it_writes_leaves_a_whole_file(path):
+def test_store_process_killed_while_writing_leaves_valid_file(path):
+    """After a process is killed while it writes, the file passes SQLite's check and has every reported entry."""
     code = (
         "import sys; sys.path[:0] = [{here!r}, {core!r}]\n"
         "from pathlib import Path\nfrom remembering import episode\n"

@@ -80,7 +80,8 @@ def test_an_operator_sees_and_speaks_to_all(serving):
     assert serving.commands[-1].by == "operator"
 
 
-def test_the_queue_has_what_waits_for_an_operator_of_all_vehicles(serving):
+def test_operator_queue_lists_requests_of_all_vehicles(serving):
+    """The queue lists the questions and calls for help of all vehicles that wait for an operator."""
     serving.join("car-2", "Car 2")
     serving.show("car-2", question=QUESTION)
     serving.post("/api/vehicles/car-1/help")
@@ -115,7 +116,8 @@ def test_a_car_that_has_left_says_so(serving):
     assert (answer.json()["taken"], answer.json()["told"]) == (False, "This ride is over.")
 
 
-def test_more_than_a_page_can_say_is_refused_for_a_while(serving):
+def test_api_requests_above_burst_are_rejected(serving):
+    """Requests above the permitted burst get status 429; none within it does."""
     codes = [serving.say("hello", client="one").status_code for _ in range(4 * int(COMMANDS.burst))]
     assert codes[: int(COMMANDS.burst)] == [200] * int(COMMANDS.burst)
     assert 429 in codes
@@ -143,7 +145,8 @@ def test_streams_of_each_kind_of_token_are_counted_apart():
     assert streams.enter(vehicles[-1])
 
 
-def test_the_openapi_document_has_every_call_and_asks_for_the_token(serving):
+def test_openapi_document_has_every_call_with_token(serving):
+    """The OpenAPI document lists the calls, and every call requires the token."""
     schema = serving.client.get("/openapi.json").json()
     assert set(schema["paths"]) >= {"/api/me", "/api/vehicles/{vehicle_id}/say", "/api/queue"}
     assert all(method["security"] for methods in schema["paths"].values() for method in methods.values())

@@ -130,7 +130,8 @@ def test_markup_that_is_said_is_shown_as_what_it_is(ride, look):
     assert page.locator("#lines img, #lines b").count() == 0
 
 
-def test_a_phone_shows_everything_in_its_width_with_targets_for_thumbs(ride, look):
+def test_page_on_phone_fits_width_with_large_buttons(ride, look):
+    """On a phone, the page fits the width, buttons have at least the target size, and yes needs no scrolling."""
     _, token = ride()
     page = look(token, PHONE)
     asked(page)
@@ -157,7 +158,8 @@ def test_a_keyboard_is_enough(ride, look):
     expect(page.locator("#lines")).to_contain_text("Done. I drive on.")
 
 
-def test_every_control_is_reached_by_tab_and_none_holds_the_focus(ride, look):
+def test_page_tab_key_reaches_every_control(ride, look):
+    """The tab key reaches every control, and no control keeps the focus."""
     _, token = ride()
     page = look(token)
     asked(page)
@@ -204,7 +206,8 @@ def test_axe_finds_nothing(ride, look, violations, scheme, viewport):
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_axe_finds_nothing_on_the_desk_and_on_the_page_for_programmers(ride, look, violations, server, scheme):
+def test_operator_and_api_pages_have_no_axe_violations(ride, look, violations, server, scheme):
+    """The checker axe finds no violation on the operator's page and on the page of the API."""
     ride()
     page = look(server.tokens.operator(), color_scheme=scheme)
     expect(page.locator("#thought")).not_to_be_empty()

@@ -67,7 +67,8 @@ def test_a_megabyte_is_not_read(serving, size):
     assert serving.post(SAY, {"text": "x" * size}).status_code == 413
 
 
-def test_a_megabyte_that_does_not_say_its_length_is_not_read_either():
+def test_body_without_length_is_read_only_to_limit():
+    """A large body without a stated length is rejected with status 413 once the limit has been read."""
     serving, read = Serving(), []
 
     async def receive():
@@ -143,7 +144,8 @@ def test_a_header_that_decides_must_not_stand_there_twice():
 
 
 @pytest.mark.parametrize("path", ["/", "/docs", "/files/page.js", "/api/me", "/nothing", "/openapi.json"])
-def test_every_answer_keeps_the_browser_from_running_or_keeping_anything_else(serving, path):
+def test_response_headers_forbid_foreign_scripts_and_caching(serving, path):
+    """Every response forbids the browser to run scripts of other origins or to store the page."""
     headers = serving.get(path).headers
     policy = headers["content-security-policy"]
     assert "default-src 'none'" in policy and "script-src 'self'" in policy

@@ -29,7 +29,8 @@ def test_one_does_not_use_up_what_is_anothers():
     assert limiter.allows(TWO_A_SECOND, "b")
 
 
-def test_who_comes_under_ever_new_names_does_not_fill_the_memory():
+def test_limiter_changing_client_names_use_bounded_memory():
+    """A client that always changes its name does not fill the memory of the limiter."""
     limiter = Limiter(Clock())
     for i in range(KNOWN + 100):
         limiter.allows(TWO_A_SECOND, str(i))

@@ -17,7 +17,8 @@ def moves(sitting):
     return any(isinstance(directive, Execute) and directive.path for directive in sitting.directives)
 
 
-def test_the_car_says_what_blocks_it_and_asks_before_it_goes_round():
+def test_conversation_parked_car_is_reported_before_asking_to_pass():
+    """The car names the blocker and asks for approval before it passes."""
     sitting = Sitting(parked())
     now = sitting.until(lambda now: now.question is not None)
     assert now.thought == "A parked car blocks my lane."
@@ -44,7 +45,8 @@ def test_a_no_keeps_the_car_where_it_is():
     assert not moves(sitting)
 
 
-def test_words_that_ask_for_the_plan_are_the_yes_to_it():
+def test_conversation_requested_plan_needs_no_further_approval():
+    """An utterance that requests the plan counts as its approval: the car does not ask again."""
     sitting = Sitting(parked())
     sitting.drive(5.0)
     sitting.say("please go round it on the left")
@@ -59,7 +61,8 @@ def test_a_yes_in_words_is_a_yes():
     sitting.until(lambda now: "executing" in now.state)
 
 
-def test_who_answers_a_question_unclearly_is_asked_for_yes_or_no():
+def test_conversation_unclear_reply_asks_for_yes_or_no():
+    """After an unclear reply, the car asks for yes or no, and the question stays open."""
     sitting = Sitting(parked())
     sitting.until(lambda now: now.question is not None)
     sitting.say("hrmpf grmbl")
@@ -109,7 +112,8 @@ def test_the_button_stop_ends_the_plan_under_way():
 
 
 @pytest.mark.integration
-def test_where_a_stop_would_not_be_safe_the_plan_is_finished_and_the_car_says_so():
+def test_conversation_stop_beyond_commit_point_finishes_plan_and_reports():
+    """Where a stop would not be safe, the plan is finished, and the car says so."""
     sitting = going_round(4.0)
     sitting.until(lambda now: "executing" not in now.state)
     assert "I could not stop safely half-way, so I have finished it." in sitting.car()
@@ -160,7 +164,8 @@ def test_without_a_reader_of_words_the_car_says_so():
     assert sitting.car()[-1].startswith("I could not read your words.")
 
 
-def test_the_end_of_the_ride_is_told_and_nothing_is_heard_after_it():
+def test_conversation_after_end_of_ride_ignores_utterances():
+    """The end of the ride is reported, and later utterances are not accepted."""
     sitting = Sitting(parked())
     sitting.drive(1.0)
     sitting.seat.end()
@@ -177,14 +182,16 @@ def test_the_end_of_the_ride_is_told_and_nothing_is_heard_after_it():
         ("what a lovely day", "asks nothing of my driving"),
     ],
 )
-def test_what_is_said_of_the_world_is_answered_with_what_it_changes(words, answer):
+def test_conversation_claim_is_answered_with_its_effect(words, answer):
+    """A statement about the world is answered with what it changes."""
     sitting = Sitting(parked())
     sitting.say(words)
     sitting.drive(0.5)
     assert any(answer in text for text in sitting.car())
 
 
-def test_nothing_is_asked_while_somebody_who_comes_back_is_waited_for():
+def test_conversation_no_question_while_waiting_for_returning_driver():
+    """The car asks no question while it waits for a driver who is coming back."""
     sitting = Sitting(parked())
     sitting.say("the driver is just coming back")
     sitting.drive(25.0)

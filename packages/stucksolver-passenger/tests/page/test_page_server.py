@@ -77,7 +77,8 @@ def test_the_folder_of_the_socket_is_its_owners_alone(server):
     assert server.address.parent.stat().st_mode & 0o077 == 0
 
 
-def test_a_vehicle_comes_once_to_a_desk_and_under_a_name_that_is_one(server):
+def test_gateway_duplicate_or_invalid_vehicle_id_is_rejected(server):
+    """A vehicle can join a gateway once, and only under a valid id."""
     with PassengerGateway(server.address) as desk:
         solver = StuckSolver(parked().scene, ladder=PASSENGER_ASKED)
         desk.add("three", solver)
@@ -149,7 +150,8 @@ def test_a_port_that_is_taken_is_named():
             pass
 
 
-def test_the_names_that_are_answered_to_are_those_of_the_address():
+def test_page_options_addresses_are_accepted_host_names():
+    """The accepted host names are those of the listening address and the configured names."""
     assert PageOptions().addresses(80) == ("127.0.0.1:80", "localhost:80", "127.0.0.1", "localhost")
     assert PageOptions(listen="192.168.1.5", names=("car.example",)).addresses(8443) == (
         "car.example:8443",

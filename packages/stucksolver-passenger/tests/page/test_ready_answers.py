@@ -49,7 +49,8 @@ def reader():
 
 
 @pytest.mark.parametrize("situation", [*SITUATIONS, SITUATIONS[1] + QUESTION])
-def test_the_button_stop_is_a_call_to_stay_in_every_situation(reader, situation):
+def test_quick_reply_stop_is_stay_intent_in_every_situation(reader, situation):
+    """The words of the stop button are interpreted as an intent to stay in every situation."""
     reading = reader.read(STOP_WORDS, situation)
     assert reading.intent in STAYS
 

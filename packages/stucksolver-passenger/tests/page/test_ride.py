@@ -33,7 +33,8 @@ def call(url, token, path="", body=None):
 @pytest.mark.release
 @pytest.mark.slow
 @pytest.mark.integration
-def test_a_ride_past_a_parked_car_with_a_passenger_who_says_yes():
+def test_ride_parked_car_approved_by_passenger_reaches_destination():
+    """A ride passes a parked car after the passenger has said yes, and reaches the destination."""
     told = [sys.executable, "-u", "-c", COMMAND, "ride", "--once"]
     with subprocess.Popen(told, stdout=subprocess.PIPE, text=True) as ride:
         assert ride.stdout is not None

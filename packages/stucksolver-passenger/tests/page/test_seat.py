@@ -23,7 +23,8 @@ TRICKS = [
 
 
 @pytest.mark.parametrize("text", TRICKS)
-def test_tricks_move_nothing_and_are_kept_as_the_text_they_are(text):
+def test_session_hostile_utterance_moves_nothing_and_stays_text(text):
+    """A hostile utterance moves nothing and is kept as plain text."""
     sitting = Sitting(parked())
     sitting.until(lambda now: now.question is not None)
     sitting.say(text)
@@ -149,7 +150,8 @@ def test_a_passenger_cannot_answer_for_the_operator():
     sitting.until(lambda now: "executing" in now.state)
 
 
-def test_an_operators_words_to_the_passenger_ask_nothing_of_the_driving():
+def test_session_operator_message_to_passenger_is_no_guidance():
+    """A message of the operator to the passenger is not guidance for the driving."""
     sitting = Sitting(parked())
     sitting.press("tell", by="operator", text="go round it on the left")
     sitting.drive(3.0)

@@ -26,7 +26,6 @@ from stucksolver_passenger.sentences import (
 )
 from stucksolver_passenger.sentences.acknowledgements import CLAIMS, INTENTS
 from stucksolver_passenger.sentences.nouns import THINGS
-from stucksolver_passenger.sentences.plans import BEHAVIORS
 from stucksolver_passenger.sentences.questions import NEEDS
 from stucksolver_passenger.sentences.reasons import CAUSES, WAITS
 from stucksolver_passenger.sentences.rejections import FAILURES, REFUSALS
@@ -47,23 +46,27 @@ LEFT = BorrowOncomingLane(past_object_id="7", speed_mps=5.0)
 
 
 @pytest.mark.parametrize("name", TABLES)
-def test_every_code_has_its_words_and_no_words_are_without_a_code(name):
+def test_sentence_tables_match_codes_exactly(name):
+    """Every code has a sentence, and every sentence belongs to a code."""
     table, codes = TABLES[name]
     assert set(table) == set(codes)
 
 
 def test_every_behaviour_and_every_rule_has_its_words():
-    assert set(BEHAVIORS) == set(REGISTRY)
-    assert set(NEEDS) >= set(RULES)
-    assert len(needed((*RULES, *REGISTRY))) == len(NEEDS)
+    assert all(behavior.phrase.future and behavior.phrase.present for behavior in REGISTRY.values())
+    assert set(NEEDS) == set(RULES)
+    assert needed(tuple(REGISTRY)) == ("I would use the lane of the oncoming traffic.",)
+    assert len(needed((*RULES, *REGISTRY))) == len(NEEDS) + 1
 
 
-def test_every_event_is_told_or_is_known_to_be_nothing_for_a_passenger():
+def test_event_kinds_are_either_handled_or_silent():
+    """Every kind of event has either a handler or an entry among those that a passenger does not need."""
     assert set(_HANDLERS) | SILENT == set(EventKind)
     assert not set(_HANDLERS) & SILENT
 
 
-def test_a_need_that_nobody_has_words_for_is_not_passed_over():
+def test_sentence_unknown_need_raises_error():
+    """A requirement without a sentence raises an error and is not skipped."""
     with pytest.raises(KeyError, match="Add it to NEEDS"):
         needed(("a_new_rule",))
 
@@ -94,7 +97,8 @@ def test_a_sentence_is_one_that_people_say(text):
     assert re.fullmatch(r"[A-Z][^_{}]*[.?]", text), text
 
 
-def test_a_refusal_names_who_is_in_the_way_and_when_it_will_be_tried_again():
+def test_rejection_sentence_names_road_user_and_next_try():
+    """The sentence for a rejection names the road user in the way and when the plan will be tried again."""
     verdict = Verdict(rejects=(RejectReason(code=RejectCode.ONCOMING_GAP, detail="", object_id="7"),))
     assert rejection_sentence(verdict, scene_with(ObjectKind.TRUCK)) == (
         "I can't: a truck is coming. I will try when it has passed."

@@ -27,7 +27,9 @@ async def always_there():
     return False
 
 
-def test_a_slow_page_gets_the_newest_and_nothing_is_kept_for_it():
+def test_event_stream_slow_page_gets_only_newest_view():
+    """A slow page gets the newest view; older ones are not kept for it."""
+
     async def run():
         here = board()
         stream = events(here, "car-1", True, always_there)

@@ -79,7 +79,8 @@ def page(sound):
         browser.close()
 
 
-def test_what_is_said_into_the_microphone_is_understood_and_done_and_no_sound_leaves_the_browser(page, recognizer):
+def test_voice_spoken_request_is_executed_and_audio_stays_local(page, recognizer):
+    """A request spoken into the microphone is understood and executed, and no sound leaves the browser."""
     posted = []
     page.on("request", lambda sent: posted.append(sent.post_data or "") if sent.method == "POST" else None)
     with (
@@ -100,7 +101,8 @@ def test_what_is_said_into_the_microphone_is_understood_and_done_and_no_sound_le
     assert len(posted) == 1 and len(posted[0]) < 300
 
 
-def test_without_the_recognizer_the_page_says_that_the_browser_may_send_the_sound_away(page):
+def test_voice_without_recognizer_warns_that_browser_may_send_audio(page):
+    """Without the recognizer, the page says that the browser may send the sound to its vendor."""
     with (
         PassengerServer(PageOptions(drawing=DRAWING)) as server,
         Riding(server, "unspoken", parked(), PASSENGER_ASKED),

@@ -70,7 +70,8 @@ class Riding(Serving):
 @pytest.mark.release
 @pytest.mark.slow
 @pytest.mark.integration
-def test_the_blind_sentences_are_understood_through_the_api_as_by_the_reader_alone(monkeypatch):
+def test_api_blind_sentences_are_interpreted_as_by_interpreter_alone(monkeypatch):
+    """Through the API, the blind sentences are interpreted as by the interpreter alone, more than 85 % correctly."""
     monkeypatch.setattr(rate_limits.Limiter, "allows", lambda *_, **__: True)  # nobody speaks as fast as this
     said = blind()
     riding = Riding(InItsSituation(said))

@@ -11,7 +11,7 @@ AGREE_RAD = math.radians(0.5)
 """Measurements agree if they differ from their median by no more than this."""
 TURNED_RAD = math.radians(1.2)
 """A sensor counts as turned if the median is larger. Healthy ones were measured with a median of less than 0.3 degrees;
-tyres, crosswind and mounting tolerances may add half a degree on a real vehicle, and half a degree is left.
+tires, crosswind and mounting tolerances may add half a degree on a real vehicle, and half a degree is left.
 """
 
 

@@ -49,7 +49,7 @@ GATE = 3.0
 SAME_SDS = 2.5
 SAME_M = 6.0
 SAME_ASIDE_M = 2.0
-"""A LiDAR track within these standard deviations or metres in range, and this far aside, is the same vehicle."""
+"""A LiDAR track within these standard deviations or meters in range, and this far aside, is the same vehicle."""
 CONFIRMING_HITS = 2
 CONFIRMING_SHARE = 1.0 / 3.0
 """A vehicle that was found in fewer of the images since its first one is not reported: false ones come in twos. Where
@@ -92,14 +92,14 @@ class FarTrack:
     """Mean of its detections' scores."""
     x_m: float
     y_m: float
-    """Its centre at the most likely range, local frame (m)."""
+    """Its center at the most likely range, local frame (m)."""
     bearing_rad: float
     """Direction in the local frame from the camera to it (rad)."""
     range_m: float
     """Range from the camera (m)."""
     range_sd_m: float
     rate_mps: float
-    """Velocity over ground along the bearing (m/s); negative towards the ego."""
+    """Velocity over ground along the bearing (m/s); negative toward the ego."""
     rate_sd_mps: float
     towards: float
     """Probability that its front is visible."""

@@ -68,11 +68,11 @@ class FarView:
         return replace(self, looks=(look, *kept))
 
     def clear_length_m(self, line: Floats, from_m: float, fastest_mps: float, now_s: float) -> float:
-        """Return the metres of a lane, from its start, in which nobody is: up to `from_m` by another sensor, then by
+        """Return the meters of a lane, from its start, in which nobody is: up to `from_m` by another sensor, then by
         the camera.
 
         Args:
-            line: The lane's centre (k, 2), local frame, from beside the ego on.
+            line: The lane's center (k, 2), local frame, from beside the ego on.
             from_m: How much of it another sensor saw (m). The camera continues from there, and only if that is beyond
                 the range from which its recall was measured.
             fastest_mps: Highest speed of vehicles in the lane (m/s).
@@ -145,7 +145,7 @@ def _first(line: Floats, metres: float) -> Floats:
 
 
 def _rest(line: Floats, from_m: float) -> Floats:
-    """Return the part of a line beyond its first `from_m` metres."""
+    """Return the part of a line beyond its first `from_m` meters."""
     at = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line, axis=0).T))])
     beyond = at > from_m
     first = [np.interp(from_m, at, line[:, k]) for k in (0, 1)]

@@ -34,7 +34,7 @@ CELL_M = 0.5
 HEIGHT_M = 1.0
 """A claim of free space is about people, two-wheelers and vehicles; not cones, animals or debris."""
 GROUND_M = 0.3
-"""A lower return above the ground is the ground, with noise and kerbs."""
+"""A lower return above the ground is the ground, with noise and curbs."""
 OVERHEAD_M = 2.2
 """Anything that begins higher lets vehicles pass below: signs, branches, bridges."""
 OWN_M = 3.0
@@ -116,7 +116,7 @@ class FreeSpace:
         return np.asarray(by_lidar | ((distance >= OWN_M) & (distance <= self.far_m[bins])))
 
     def free_length_along_m(self, polyline: Floats, bridge_m: float = BRIDGE_M, known: Floats | None = None) -> float:
-        """Return the metres of a line (k, 2; vehicle frame) that were seen from its beginning without a break.
+        """Return the meters of a line (k, 2; vehicle frame) that were seen from its beginning without a break.
 
         The part within `OWN_M` of the LiDAR is skipped, since the vehicle itself stands there, and so are breaks up to
         `bridge_m`. The end is the last place seen, so the result is never longer than the line.
@@ -146,7 +146,7 @@ class FreeSpace:
 
         Args:
             azimuth_rad: (k,): directions from the LiDAR's foot, vehicle frame; ascending, at least two. Bins whose
-                centre lies outside of them are not changed.
+                center lies outside of them are not changed.
             ahead_m: (k,): how far was seen in each (m); between two directions, the smaller one counts.
         """
         azimuth, ahead = np.asarray(azimuth_rad, np.float64), np.asarray(ahead_m, np.float64)

@@ -14,7 +14,7 @@ RINGS = 32
 STEEPEST = 0.12
 """Steepest slope of a road; anything steeper stands on the ground."""
 ALLOWANCE_M = 0.15
-"""Noise, kerbs and the curvature of the road within one ring."""
+"""Noise, curbs and the curvature of the road within one ring."""
 
 
 STEP_M = 0.3
@@ -33,7 +33,7 @@ def above_ground(x: Floats, y: Floats, z: Floats) -> Floats:
 def ground_heights(azimuth: Floats, distance: Floats, z: Floats) -> Floats:
     """Return the ground's height below each point, in the frame of `z` (m), beginning with 0 at the vehicle.
 
-    Each sector of 10 degrees is followed outwards in rings of 4 m. The lowest point of a ring is its ground, unless a
+    Each sector of 10 degrees is followed outward in rings of 4 m. The lowest point of a ring is its ground, unless a
     road's slope cannot lead there from the previous ring; the ground then continues level. Where the road and something
     lower beside it lie in one ring, the surface of the previous ring counts; the other one is lower than the ground.
 

@@ -28,7 +28,7 @@ PARTS = ("brake_lights", "left_blinker", "right_blinker", "emergency_lights", "d
 KINDS = tuple(ObjectKind)
 GESTURES = tuple(Gesture)
 BOX_COLUMNS = ("x", "y", "z", "yaw", "length", "width", "height", "vx", "vy")
-"""Columns of a box: its centre in the local frame, its yaw, its size, its velocity (m, rad, m/s)."""
+"""Columns of a box: its center in the local frame, its yaw, its size, its velocity (m, rad, m/s)."""
 
 
 class RecordingError(ValueError):
@@ -64,7 +64,7 @@ class LightTruth:
     state: NDArray[np.int64]
     """0 red, 1 yellow, 2 green, 3 off, 4 unknown."""
     heads: tuple[Floats, ...]
-    """For each light (k, 7): centre x, y, z of each of its heads, half sizes x, y, z, and yaw; local frame."""
+    """For each light (k, 7): center x, y, z of each of its heads, half sizes x, y, z, and yaw; local frame."""
 
 
 @dataclass(frozen=True, eq=False)

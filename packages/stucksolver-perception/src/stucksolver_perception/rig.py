@@ -27,7 +27,7 @@ class RigError(ValueError):
 
 
 class SensorMount(FrozenModel):
-    """Position of a sensor: metres and degrees in the vehicle frame; yaw to the left and pitch down are positive."""
+    """Position of a sensor: meters and degrees in the vehicle frame; yaw to the left and pitch down are positive."""
 
     x_m: float
     y_m: float
@@ -52,7 +52,7 @@ class SensorMount(FrozenModel):
 
 
 class CameraRig(FrozenModel):
-    """A camera: a pinhole without distortion, its principal point in the centre."""
+    """A camera: a pinhole without distortion, its principal point in the center."""
 
     mount: SensorMount
     width_px: int = Field(gt=0)

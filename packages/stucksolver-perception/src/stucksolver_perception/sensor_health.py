@@ -70,7 +70,7 @@ class SensorHealth:
 
         This holds until the drive ends. Without sweeps the vehicle brakes, and only a vehicle that moves can measure
         the angle again. A mount that has given way does not go back by itself, either: if the data were believed again
-        after a while, the vehicle would drive some tens of metres by them each time, until the angle is measured anew.
+        after a while, the vehicle would drive some tens of meters by them each time, until the angle is measured anew.
         """
         if turned_rad is not None:
             angle, side = math.degrees(abs(turned_rad)), "left" if turned_rad > 0.0 else "right"

@@ -37,7 +37,7 @@ INNER = 0.97
 DOOR_M = (0.25, 0.5, 0.75)
 """How far the points of an open door lie outside the vehicle's side (m)."""
 SIDE_DOORS = ((0.36, 1.0), (0.36, -1.0), (-0.08, 1.0), (-0.08, -1.0))
-"""Hinges of the doors of `carla.VehicleDoor` in order: half lengths ahead of the centre, and the side (1: left)."""
+"""Hinges of the doors of `carla.VehicleDoor` in order: half lengths ahead of the center, and the side (1: left)."""
 HINGE_M = (-0.1, -0.25)
 """Where the points of an open door are, ahead of its hinge (m)."""
 PADDLES = {
@@ -76,7 +76,7 @@ class VisibleParts:
     Args:
         tick: The recorded tick.
         rig: The camera.
-        boxes: (n, 7) boxes of its objects in the frame of the ego's body: centre, length, width, height (m), yaw (rad).
+        boxes: (n, 7) boxes of its objects in the frame of the ego's body: center, length, width, height (m), yaw (rad).
     """
 
     def __init__(self, tick: Recorded, rig: CameraRig, boxes: Floats) -> None:

@@ -116,7 +116,8 @@ def test_a_turned_lidar_does_not_accuse_a_healthy_camera(lidar_turned_deg: float
 
 
 @pytest.mark.integration
-def test_a_camera_that_is_turned_together_with_the_lidar_is_noticed() -> None:
+def test_camera_alignment_camera_and_lidar_both_turned_is_detected() -> None:
+    """A camera that is turned together with the LiDAR is detected."""
     alignment, _ = driven(2.0, 2.0)
     assert alignment.turned_rad is not None
     assert math.degrees(alignment.turned_rad) == pytest.approx(2.0, abs=0.3)
@@ -146,7 +147,8 @@ def test_an_empty_road_says_nothing() -> None:
         assert alignment.measure(0.0) is None
 
 
-def test_a_vehicle_that_stands_does_not_measure_the_same_scene_again_and_again() -> None:
+def test_camera_alignment_stopped_vehicle_measures_nothing() -> None:
+    """A stopped vehicle does not measure the same scene again and again."""
     alignment, boxes = CameraAlignment(RIG), things(0)
     for _ in range(PLACES):
         alignment.look(painted(boxes, turned(RIG.camera, 2.0), 0), pose(0.05, 0.0), sweeps(boxes, 0))

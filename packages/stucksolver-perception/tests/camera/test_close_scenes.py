@@ -85,7 +85,8 @@ def test_things_are_where_they_were_and_flaggers_signal(scenes: list[list[Record
 
 
 @pytest.mark.integration
-def test_scenes_for_gestures_have_many_flaggers_whose_paddles_are_where_they_are_looked_for(tmp_path: Path) -> None:
+def test_gesture_scenes_have_flaggers_with_paddles_in_window(tmp_path: Path) -> None:
+    """Scenes for gestures have many flaggers with their paddles in the checked part of the image."""
     count = record(CloseDrive(tmp_path / "signals", "demo_town", None, 5, SIGNALLED, gestures=True))
     recording = Recording(tmp_path / "signals")
     ticks = list(recording)

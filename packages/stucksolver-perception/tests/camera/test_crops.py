@@ -20,7 +20,8 @@ def test_corners_lie_around_the_middle_as_the_box_is_turned() -> None:
     assert np.allclose(turned.min(0), [9.05, -0.25, 0.2])
 
 
-def test_a_car_ahead_is_in_the_middle_and_as_wide_as_the_lens_makes_it() -> None:
+def test_windows_of_car_ahead_has_projected_middle_and_width() -> None:
+    """A car ahead is in the middle of the image and as wide as the lens projects it."""
     windows = windows_of(CAMERA, box(30.0))
     left, _, right, _ = windows.rectangle[0]
     assert windows.usable.all()
@@ -54,7 +55,8 @@ def test_a_crop_shows_what_is_in_its_square() -> None:
     assert (half[:, 33:] == 0).all()
 
 
-def test_a_large_crop_is_the_mean_of_its_pixels_not_a_sample() -> None:
+def test_cut_crops_large_crop_averages_pixels() -> None:
+    """A large crop is the mean of its pixels and not a sample of them."""
     rgb = np.zeros((900, 1600, 3), np.uint8)
     rgb[:, ::2] = 200
     crop = cut_crops(rgb, np.array([[800.0, 450.0]]), np.array([128.0]))[0]
@@ -75,7 +77,7 @@ def test_no_boxes_give_no_crops() -> None:
     assert cut_crops(np.zeros((900, 1600, 3), np.uint8), none.center, none.side).shape == (0, CROP_PX, CROP_PX, 3)
 
 
-def test_features_tell_the_rear_from_the_front_and_left_from_right() -> None:
+def test_features_distinguish_rear_from_front_and_left_from_right() -> None:
     boxes = np.concatenate([box(20.0), box(20.0, yaw=np.pi), box(20.0, yaw=np.pi / 2)])
     ahead, left = features_of(CAMERA, boxes, windows_of(CAMERA, boxes))[:, 6:8].T
     assert np.allclose(ahead, [-1, 1, 0], atol=1e-6)  # it shows its rear, its front, its left side

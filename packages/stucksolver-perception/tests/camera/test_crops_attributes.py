@@ -110,7 +110,8 @@ def test_looks_that_are_never_sure_never_make_a_kind() -> None:
     assert memory.get(1, 10.0).kind is None
 
 
-def test_a_bag_that_looks_like_a_rock_again_is_a_bag_no_more() -> None:
+def test_attribute_filter_bag_with_rock_look_loses_kind() -> None:
+    """A bag that looks like a rock again does not count as a bag any more."""
     memory = AttributeFilter()
     for step in range(20):
         memory.add(1, look("bag", 0.999), 0.5 * step)
@@ -145,7 +146,8 @@ def test_a_blinker_is_off_only_after_a_while() -> None:
     assert memory.get(1, 1.0).left_blinker is False
 
 
-def test_nothing_is_known_of_lamps_after_a_while_without_a_look() -> None:
+def test_attribute_filter_lamps_without_look_become_unknown() -> None:
+    """The state of lamps is unknown after some time without a look."""
     memory = AttributeFilter()
     for step in range(4):
         memory.add(1, look(brake_lights=True, left_blinker=True, emergency_lights=True, door_open=False), 0.5 * step)

@@ -80,7 +80,8 @@ def test_a_change_is_unknown_until_it_is_confirmed() -> None:
     assert shown.state(7, 1.5) is LightState.YELLOW
 
 
-def test_a_light_that_was_not_read_for_a_second_is_unknown() -> None:
+def test_light_filter_unread_for_1_s_is_unknown() -> None:
+    """A light that was not read for a second is unknown."""
     shown = LightFilter()
     for time_s in (0.0, 0.5):
         shown.add(7, LightState.GREEN, 0.99, time_s)

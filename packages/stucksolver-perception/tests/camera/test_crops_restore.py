@@ -49,7 +49,8 @@ def test_another_network_is_named() -> None:
         restored(DATA / "far.onnx")
 
 
-def test_a_mean_of_a_network_and_itself_is_that_network_and_the_share_is_that_of_the_other() -> None:
+def test_mean_of_weights_uses_share_of_other_network() -> None:
+    """The mean of a network and itself is that network, and the share is that of the other."""
     one, other = restored(SHIPPED), restored(SHIPPED)
     with torch.no_grad():
         other.heads[0].bias += 1.0
@@ -59,7 +60,8 @@ def test_a_mean_of_a_network_and_itself_is_that_network_and_the_share_is_that_of
         assert torch.allclose(mean[name].double(), value.double() + off, atol=1e-6), name
 
 
-def test_the_head_for_gestures_learns_without_a_change_of_anything_else() -> None:
+def test_fit_gesture_head_changes_no_other_weights() -> None:
+    """The gesture head learns without a change of any other weight."""
     net = restored(SHIPPED).eval()
     before = {name: value.clone() for name, value in net.state_dict().items()}
     random = np.random.default_rng(3)

@@ -75,7 +75,8 @@ def only(crops: Crops, name: str) -> np.ndarray:
     return np.flatnonzero(crops.kind == KINDS.index(name))
 
 
-def test_a_recorded_box_is_ahead_of_an_ego_that_looks_at_it() -> None:
+def test_boxes_in_body_puts_box_ahead_of_ego() -> None:
+    """A recorded box is ahead of an ego with its heading toward the box."""
     pose = np.array([100.0, 50.0, 0.0, np.pi / 2, 0, 0, 0, 0, 0])
     moved = boxes_in_body(pose, np.array([[98.0, 70.0, 0.8, 4.5, 1.9, 1.6, np.pi / 2]]))
     assert np.allclose(moved, [[20.0, 2.0, 0.8, 4.5, 1.9, 1.6, 0.0]])
@@ -83,7 +84,8 @@ def test_a_recorded_box_is_ahead_of_an_ego_that_looks_at_it() -> None:
     assert nose_down[0, 2] > 0.9
 
 
-def test_seen_objects_have_their_kind_and_lamps_and_hidden_ones_are_nothing(folder: Path) -> None:
+def test_crops_visible_objects_have_kind_and_hidden_have_none(folder: Path) -> None:
+    """Visible objects have their kind and lamps, and occluded ones are background."""
     pytest.importorskip("PIL")
     crops = crops_in([folder / "a"], jobs=1)
     [car] = only(crops, "car")
@@ -123,7 +125,8 @@ def test_recordings_are_not_torn_between_calibrating_and_scoring() -> None:
     assert not half.all()
 
 
-def test_the_threshold_is_the_lowest_from_which_on_answers_are_right() -> None:
+def test_least_confidence_is_lowest_with_correct_answers() -> None:
+    """The threshold is the lowest one from which on answers are right."""
     sure = np.linspace(0.6, 1.0, 200)
     right = sure > 0.8
     found = least_confidence(sure, right, 0.95)
@@ -191,11 +194,11 @@ def test_a_training_run_makes_a_network_that_the_runtime_loads(folder: Path, tmp
     assert np.allclose(told.kind.sum(1), 1.0)
     assert told.lamps.shape == (2, 5, 3)
     card = tmp_path / "out" / "crops.json"
-    marked = json.loads(card.read_text())
+    marked = json.loads(card.read_text(encoding="utf-8"))
     marked["least"]["kind"]["car"], marked["least"]["gesture"]["stop"] = 0.123, 0.456
-    card.write_text(json.dumps(marked))
+    card.write_text(json.dumps(marked), encoding="utf-8")
     least = calibrate(tmp_path / "out", [folder], only=("gesture",))["least"]
     assert (least["kind"]["car"], least["gesture"]["stop"]) == (0.123, NEVER), "there are no flaggers"
-    card.write_text(card.read_text().replace('"bag"', '"rug"'))
+    card.write_text(card.read_text(encoding="utf-8").replace('"bag"', '"rug"'), encoding="utf-8")
     with pytest.raises(NetworkFileError, match=r"crops\.json.*kinds"):
         CropNetwork(tmp_path / "out")

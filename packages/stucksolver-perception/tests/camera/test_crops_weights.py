@@ -12,7 +12,9 @@ from stucksolver_perception.network_files import NetworkFileError, load_card, lo
 def put(folder: Path, weights: bytes, **card: object) -> tuple[Path, Path]:
     file, beside = folder / "net.onnx", folder / "net.json"
     file.write_bytes(weights)
-    beside.write_text(json.dumps({"version": 1, "sha256": hashlib.sha256(weights).hexdigest(), **card}))
+    beside.write_text(
+        json.dumps({"version": 1, "sha256": hashlib.sha256(weights).hexdigest(), **card}), encoding="utf-8"
+    )
     return file, beside
 
 
@@ -34,7 +36,7 @@ def test_another_version_is_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize("text", ["", "[]", "{}", '{"version": 1}', "\x00"])
 def test_a_damaged_card_is_refused(tmp_path: Path, text: str) -> None:
     card = tmp_path / "net.json"
-    card.write_text(text)
+    card.write_text(text, encoding="utf-8")
     with pytest.raises(NetworkFileError, match="damaged"):
         load_card(card, 1)
 

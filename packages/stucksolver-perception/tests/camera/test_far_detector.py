@@ -46,7 +46,8 @@ def test_weak_peaks_are_left_out_and_the_surest_come_first() -> None:
     assert found.label.tolist() == [2, 1]
 
 
-def test_a_second_peak_of_the_same_thing_is_dropped_and_a_neighbour_is_kept() -> None:
+def test_decode_drops_duplicate_peak_and_keeps_neighbor() -> None:
+    """A second peak of the same object is dropped, and a neighbor is kept."""
     peaks, rest = outputs()
     for label, x, score in ((0, 100, 0.9), (0, 102, 0.5), (1, 100, 0.4), (0, 120, 0.6)):
         peaks[label, 20, x] = score
@@ -72,7 +73,7 @@ def test_without_weights_the_detector_names_the_missing_file(tmp_path: Path) -> 
 def test_damaged_weights_are_refused(tmp_path: Path) -> None:
     (tmp_path / "far.onnx").write_bytes(b"not what was trained")
     card = {"version": VERSION, "sha256": hashlib.sha256(b"what was trained").hexdigest(), "threshold": 0.3}
-    (tmp_path / "far.json").write_text(json.dumps(card))
+    (tmp_path / "far.json").write_text(json.dumps(card), encoding="utf-8")
     with pytest.raises(NetworkFileError, match="damaged"):
         FarDetector(tmp_path)
 
@@ -107,7 +108,8 @@ def field(boxes: Singles, name: str) -> float:
     return float(boxes[0, BOX_FIELDS.index(name)])
 
 
-def test_a_car_in_full_view_is_taught_with_the_box_that_it_fills() -> None:
+def test_boxes_of_fully_visible_car_fill_its_outline() -> None:
+    """A car in full view is taught with the box that it fills."""
     boxes = boxes_of(tick(ObjectKind.CAR, 120.0, 3.5, np.pi, 1.0), CAMERA)
     column, row, _ = CAMERA.project(np.array([[117.75, 4.45, 0.0]]))
     assert field(boxes, "label") == 0
@@ -141,7 +143,8 @@ def test_a_nose_that_is_down_lifts_boxes_in_the_picture() -> None:
     assert lifted == pytest.approx(0.01 * CAMERA.focal_px, rel=0.05)
 
 
-def test_an_actor_beyond_the_recorded_range_is_left_out_of_the_loss() -> None:
+def test_boxes_of_actor_beyond_range_are_ignored() -> None:
+    """An actor beyond the recorded range is left out of the loss."""
     one = tick(ObjectKind.CAR, 100.0, 0.0, 0.0, 1.0)
     assert one.instances is not None
     one.instances[440:450, 900:912] = 4711

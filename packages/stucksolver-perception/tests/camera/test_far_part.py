@@ -75,7 +75,8 @@ def test_misses_that_a_second_look_repeats_are_counted(found: tuple[bool, bool],
     assert check_part(Finder(*found), strips(0.5), card())["repeated_miss"] == again
 
 
-def test_sight_takes_the_recall_of_what_is_seen_in_part_from_the_card() -> None:
+def test_sight_model_reads_recall_of_partly_visible_vehicles() -> None:
+    """The recall for partly visible vehicles is read from the detector's card."""
     told, look, away = card(), np.array([120.0, 30.0]), np.array([80.0])
     told.pop("part", None)
     assert SightModel.from_card(told).miss_at(away, look, part=True) == 1.0

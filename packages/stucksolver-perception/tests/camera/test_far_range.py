@@ -39,7 +39,8 @@ def cars(x: Floats, y: Floats, scale: Floats | float = 1.0, rows_px: Floats | fl
     return FarDetections(0.0, column, row, width, height, np.ones(n), label, np.ones(n), np.zeros(2))
 
 
-def test_a_car_of_the_usual_size_on_a_flat_road_is_put_where_it_stands() -> None:
+def test_far_places_standard_car_on_flat_road_is_exact() -> None:
+    """A car of the usual size on a flat road gets its true place."""
     x, y = np.array([45.0, 90.0, 165.0, 200.0]), np.array([3.5, -3.5, 3.5, 0.0])
     places = far_places(cars(x, y), CAMERA, MODEL)
     assert places.range_m == pytest.approx(np.hypot(x - CAMERA.mount.x_m, y), rel=2e-3)
@@ -55,7 +56,8 @@ def test_two_thirds_of_cars_are_within_one_standard_deviation() -> None:
     assert 0.63 < within < 0.78
 
 
-def test_row_and_size_that_contradict_each_other_make_the_range_less_sure() -> None:
+def test_range_with_contradicting_row_and_size_is_less_certain() -> None:
+    """A row and a size that contradict each other make the range less certain."""
     x, y = np.array([100.0]), np.zeros(1)
     _, agreed = ranges_of(cars(x, y), CAMERA, MODEL)
     _, torn = ranges_of(cars(x, y, 1.0, np.array([12.0])), CAMERA, MODEL)
@@ -63,7 +65,8 @@ def test_row_and_size_that_contradict_each_other_make_the_range_less_sure() -> N
 
 
 @given(st.floats(30.0, 250.0), st.floats(-20.0, 20.0))
-def test_the_covariance_is_positive_and_longest_along_the_line_of_sight(x: float, y: float) -> None:
+def test_far_covariance_is_positive_and_longest_along_ray(x: float, y: float) -> None:
+    """The covariance is positive and longest along the line of sight."""
     places = far_places(cars(np.array([x]), np.array([y])), CAMERA, MODEL)
     values, vectors = np.linalg.eigh(places.covariance[0])
     assert values.min() > 0.0
@@ -71,7 +74,8 @@ def test_the_covariance_is_positive_and_longest_along_the_line_of_sight(x: float
     assert abs(vectors[:, 1] @ sight) / np.hypot(*sight) > 0.99
 
 
-def test_on_a_lane_whose_heights_are_known_a_car_on_a_slope_is_put_right() -> None:
+def test_on_lane_known_heights_place_car_on_slope() -> None:
+    """On a lane with known heights, a car on a slope gets its true place."""
     x = np.arange(0.0, 250.0, 5.0)
     line = np.stack([x, np.full(len(x), 3.5), 0.03 * np.maximum(x - 40.0, 0.0)], 1)
     middle = np.array([[150.0, 3.5, 0.03 * 110.0]])

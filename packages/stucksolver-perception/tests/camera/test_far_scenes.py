@@ -44,7 +44,8 @@ def test_a_drive_shows_each_scene_twice_with_vehicles_far_ahead(drive: Recording
 
 @pytest.mark.slow
 @pytest.mark.integration
-def test_the_shipped_detector_finds_most_vehicles_in_full_view_up_to_100_metres(drive: Recording) -> None:
+def test_shipped_detector_finds_most_visible_vehicles_to_100_m(drive: Recording) -> None:
+    """The shipped detector finds most vehicles in full view up to 100 m."""
     if not (DATA / "far.onnx").is_file():
         pytest.skip("the detector was not trained yet")
     detector, camera = FarDetector(), drive.rig.camera

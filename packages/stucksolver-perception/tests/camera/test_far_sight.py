@@ -45,7 +45,8 @@ def car(x: float, y: float, length: float = 4.5, width: float = 1.9, height: flo
     return np.array([[x, y, height / 2.0, length, width, height, 0.0]])
 
 
-def test_an_open_straight_lane_is_seen_as_far_as_the_detector_was_good_enough() -> None:
+def test_sight_open_straight_lane_reaches_detector_range() -> None:
+    """An open straight lane is visible as far as the detector was good enough."""
     assert seen(lane()) == pytest.approx(175.0, abs=3.0)
 
 
@@ -68,7 +69,8 @@ def test_a_car_in_the_lane_ends_the_sight() -> None:
     assert seen(lane(), car(60.0, 3.5)) == pytest.approx(60.0, abs=5.0)
 
 
-def test_a_van_close_ahead_in_the_own_lane_hides_the_oncoming_lane_far_away() -> None:
+def test_sight_van_close_ahead_occludes_oncoming_lane() -> None:
+    """A van close ahead in the ego's lane occludes the oncoming lane far away."""
     assert seen(lane(), car(12.0, 0.0, 5.9, 2.1, 2.6)) < 80.0
 
 
@@ -76,7 +78,8 @@ def test_a_car_behind_or_far_beside_hides_nothing() -> None:
     assert seen(lane(), np.concatenate([car(-15.0, 0.0), car(60.0, -30.0)])) == pytest.approx(seen(lane()))
 
 
-def test_a_box_that_begins_beside_the_lens_hides_its_own_side() -> None:
+def test_sight_box_beside_lens_occludes_its_side() -> None:
+    """A box that begins beside the lens occludes its own side."""
     bus = car(4.0, 2.6, 12.0, 2.5, 3.2)
     assert seen(lane(6.0), bus) < 60.0
     assert seen(lane(-6.0), bus) == pytest.approx(seen(lane(-6.0)))
@@ -99,7 +102,8 @@ def test_a_lane_out_of_the_picture_is_not_seen() -> None:
     assert seen(away) < 10.0
 
 
-def test_a_second_look_helps_only_where_it_saw_the_lane_and_only_if_it_is_another_look() -> None:
+def test_sight_second_look_helps_only_if_clear_and_independent() -> None:
+    """A second look helps only if it covered the lane and is independent of the first one."""
     line = lane()
     half_hidden = SIGHT.look(9.0, DAY, line, car(60.0, 3.5))
     clear = SIGHT.look(9.0, DAY, line, NOTHING)
@@ -110,12 +114,14 @@ def test_a_second_look_helps_only_where_it_saw_the_lane_and_only_if_it_is_anothe
         assert seen(line, earlier=(useless,)) == pytest.approx(seen(line))
 
 
-def test_a_look_from_further_back_covers_less_of_the_lane_ahead() -> None:
+def test_lane_coverage_moved_is_shorter() -> None:
+    """A look from farther back covers less of the lane ahead."""
     assert LaneCoverage(0.0, 100.0, DAY).moved(30.0).visible_m == 70.0
     assert LaneCoverage(0.0, 10.0, DAY).moved(30.0).visible_m == 0.0
 
 
-def test_the_lower_bound_of_a_share_is_below_it_and_rises_with_the_count() -> None:
+def test_wilson_lower_is_below_share_and_rises_with_count() -> None:
+    """The lower bound of a share is below it and rises with the count."""
     few, many = wilson_lower(np.array([9.0, 900.0]), np.array([10.0, 1000.0]))
     assert 0.0 < few < many < 0.9
     assert wilson_lower(np.array(0.0), np.array(0.0)) == 0.0

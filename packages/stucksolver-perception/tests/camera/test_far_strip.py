@@ -11,12 +11,14 @@ from stucksolver_perception.rig import load_rig
 CAMERA = load_rig().camera
 
 
-def test_the_horizon_of_a_level_camera_is_its_middle_row_and_rises_as_the_nose_goes_down() -> None:
+def test_horizon_row_is_middle_and_rises_with_nose_down() -> None:
+    """The horizon of a level camera is its middle row and rises as the nose goes down."""
     assert horizon_row(CAMERA) == CAMERA.height_px / 2
     assert horizon_row(CAMERA, 0.01) == pytest.approx(CAMERA.height_px / 2 - 0.01 * CAMERA.focal_px, abs=0.01)
 
 
-def test_a_point_far_away_at_the_height_of_the_lens_lies_on_the_horizon_row() -> None:
+def test_project_far_point_at_lens_height_lies_on_horizon() -> None:
+    """A point far away at the height of the lens lies on the horizon row."""
     _, row, _ = CAMERA.project(np.array([[1e6, 0.0, CAMERA.mount.z_m]]))
     assert row[0] == pytest.approx(horizon_row(CAMERA), abs=0.01)
 
@@ -26,7 +28,8 @@ def test_the_strip_has_the_horizon_in_its_middle() -> None:
 
 
 @pytest.mark.parametrize("top", [-300, -10, 0, 50, 95, 400])
-def test_rows_outside_the_picture_are_grey_and_the_others_are_the_pictures(top: int) -> None:
+def test_cut_rows_outside_image_are_gray(top: int) -> None:
+    """Rows outside the image are gray, and the others are those of the image."""
     rgb = np.random.default_rng(1).integers(0, 100, (100, 8, 3)).astype(np.uint8)
     strip = cut_rows(rgb, top, 20)
     assert strip.shape == (20, 8, 3)
@@ -44,7 +47,8 @@ def test_fog_lowers_the_contrast_and_night_the_brightness() -> None:
     assert look_of(night)[0] < look_of(clear)[0]
 
 
-def test_an_empty_plain_under_a_clear_sky_is_not_taken_for_fog() -> None:
+def test_look_of_empty_plain_is_not_fog() -> None:
+    """An empty plain under a clear sky does not count as fog."""
     plain = np.full((STRIP_ROWS, 64, 3), 60, np.uint8)
     plain[: STRIP_ROWS // 2] = 150
     fog = np.linspace(150, 60, STRIP_ROWS).astype(np.uint8)[:, None, None].repeat(64, 1).repeat(3, 2)

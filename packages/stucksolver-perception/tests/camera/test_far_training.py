@@ -51,14 +51,16 @@ def loss(raw: torch.Tensor, boxes: np.ndarray) -> float:
     return float(loss_of(raw, torch.from_numpy(boxes[None]), torch.tensor([[0.0, float(TOP)]])))
 
 
-def test_a_network_that_knows_the_box_has_hardly_any_loss_and_one_that_is_off_has_more() -> None:
+def test_loss_is_low_for_exact_box_and_higher_off() -> None:
+    """A network that has the exact box has hardly any loss, and one with an error has more."""
     boxes = padded(box(0, 60, 420, 72, 430))
     assert loss(perfect(60, 420, 72, 430), boxes) < 0.05
     assert loss(perfect(60, 420, 72, 434), boxes) > 0.2
     assert loss(perfect(90, 420, 102, 430), boxes) > 5.0
 
 
-def test_what_is_not_known_costs_nothing_whatever_the_network_says_there() -> None:
+def test_loss_of_ignored_box_is_zero_for_any_output() -> None:
+    """A box of unknown label costs nothing, whatever the network outputs there."""
     unknown = padded(box(-1, 60, 420, 72, 430))
     assert loss(perfect(60, 420, 72, 430), unknown) < 0.05 < 1.0 < loss(perfect(60, 420, 72, 430), padded())
 
@@ -82,7 +84,8 @@ def strips(n: int = 6) -> Strips:
     return Strips(rgb, np.full(n, top), np.array(boxes), np.arange(n) / 2.0, np.arange(n) * 2 // n, about, CAMERA)
 
 
-def test_boxes_stay_on_their_cars_when_strips_are_cut_shifted_and_turned() -> None:
+def test_batches_boxes_stay_on_cars_after_augmentation() -> None:
+    """Boxes stay on their cars when strips are cut, shifted and turned."""
     batches = _Batches(strips(), torch.device("cpu"), 24, 1)
     pixels, boxes, shift = batches.draw()
     checked = 0
@@ -95,7 +98,8 @@ def test_boxes_stay_on_their_cars_when_strips_are_cut_shifted_and_turned() -> No
     assert checked > 5
 
 
-def test_a_detection_is_matched_once_and_a_second_one_beside_it_is_false() -> None:
+def test_match_is_unique_and_second_detection_is_false() -> None:
+    """A detection is matched once, and a second one beside it is false."""
     raw = perfect(60, 420, 72, 430)[0]
     raw[0, 6, 18] = 4.0
     raw[CLASSES : CLASSES + 2, 6, 18] = 0.0

@@ -137,7 +137,7 @@ def test_a_car_ahead_all_around_a_roundabout_is_no_dirt():
 
 
 @pytest.mark.integration
-def test_the_own_shadow_and_the_cone_of_the_headlights_are_no_dirt():
+def test_lens_own_shadow_and_headlight_cone_are_no_dirt():
     def dark(rgb):
         rgb[205:, 100:300] //= 2
         return rgb
@@ -176,7 +176,8 @@ def test_grains_all_over_the_lens_are_noticed_within_40_m(size_px, share, grey, 
 
 
 @pytest.mark.integration
-def test_salt_is_noticed_at_night_and_by_the_rear_camera_and_when_reversing():
+def test_lens_salt_is_detected_at_night_rear_and_in_reverse():
+    """Salt is detected at night, by the rear camera and in reverse."""
     assert drive(LensMonitor(AHEAD), straight(40.0), grains(24, 0.05), light=0.12) is not None
     assert drive(LensMonitor(BACK), straight(40.0), grains(24, 0.05), rig=BACK) is not None
     assert drive(LensMonitor(AHEAD), straight(40.0)[::-1], grains(24, 0.05)) is not None
@@ -191,7 +192,8 @@ def test_the_shipped_cameras_images_are_watched_as_well():
 
 
 @pytest.mark.integration
-def test_a_smear_in_one_place_is_noticed_once_the_vehicle_has_turned():
+def test_lens_smear_in_one_place_is_detected_after_turns():
+    """A smear in one place is detected when the vehicle has turned."""
     monitor, opaque = LensMonitor(AHEAD), disc(120, 250, 30, soft_px=10.0)
     assert drive(monitor, straight(200.0), opaque, grey=30) is None
     assert drive(monitor, turning(80.0, 80.0), opaque, grey=30) is None, "one turn may be a roundabout"
@@ -201,7 +203,8 @@ def test_a_smear_in_one_place_is_noticed_once_the_vehicle_has_turned():
 
 
 @pytest.mark.integration
-def test_a_spot_is_known_with_its_place_and_only_what_it_touches_is_not_read():
+def test_lens_spot_masks_only_crops_that_it_touches():
+    """A spot is located, and only crops that it touches are not read."""
     monitor, opaque = LensMonitor(AHEAD), disc(60, 100, 8)
     drive(monitor, turning(240.0), opaque, grey=20)
     frame = CameraFrame(1.0, behind(scene(pose_at()), opaque, 20))
@@ -214,7 +217,8 @@ def test_a_spot_is_known_with_its_place_and_only_what_it_touches_is_not_read():
     assert not behind_dirt(windows, frame).any()
 
 
-def test_a_spot_on_the_horizon_ends_the_look_into_the_distance():
+def test_lens_spot_on_horizon_disables_far_view():
+    """A spot on the horizon disables far detection."""
     rig = load_rig().camera
     cells = np.zeros((56, 100), bool)
     cells[10, 50] = True
@@ -224,7 +228,8 @@ def test_a_spot_on_the_horizon_ends_the_look_into_the_distance():
 
 
 @pytest.mark.integration
-def test_a_lens_that_was_cleaned_is_believed_again_after_some_tens_of_metres():
+def test_lens_cleaned_is_trusted_again_after_40_m():
+    """A lens that was cleaned is trusted again after some tens of meters."""
     monitor = LensMonitor(AHEAD)
     drive(monitor, straight(60.0), grains(24, 0.05))
     assert monitor.dirt is not None
@@ -235,7 +240,8 @@ def test_a_lens_that_was_cleaned_is_believed_again_after_some_tens_of_metres():
 
 
 @pytest.mark.integration
-def test_a_smear_that_was_wiped_away_is_forgotten_in_the_next_turns():
+def test_lens_wiped_smear_is_dropped_in_next_turns():
+    """A smear that was wiped away is dropped in the next turns."""
     monitor = LensMonitor(AHEAD)
     drive(monitor, turning(240.0), disc(120, 250, 30), grey=30)
     assert monitor.dirt is not None
@@ -257,7 +263,8 @@ def test_nothing_is_learned_while_the_vehicle_stands():
 
 
 @pytest.mark.integration
-def test_health_names_the_dirt_of_each_camera_and_does_not_believe_its_images():
+def test_health_names_dirty_camera_and_rejects_its_images():
+    """Health names the dirt of each camera and rejects the images of a dirty one."""
     health = SensorHealth(load_rig().lidar, lenses={"camera": LensMonitor(AHEAD), "rear camera": LensMonitor(BACK)})
     for pose in straight(60.0):
         front = CameraFrame(0.0, behind(scene(pose), grains(24, 0.05), 200))

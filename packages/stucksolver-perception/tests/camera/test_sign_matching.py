@@ -57,7 +57,8 @@ def test_every_plate_of_the_list_is_its_own_word():
 
 
 @given(st.text(alphabet=string.ascii_uppercase + string.digits, max_size=14))
-def test_speeds_and_chance_letters_are_no_words_unless_they_resemble_one(text):
+def test_word_of_random_text_needs_similar_length(text):
+    """Speeds and random letters are no words unless they resemble one."""
     word = word_of(text)
     if word is not None:
         lengths = [len(plate.replace(" ", "")) for plate in PLATES[word]]

@@ -34,13 +34,15 @@ def test_one_look_proves_nothing_and_two_that_agree_count():
     assert signs((BARRIER, STOP), (AHEAD, STOP)) == ()
 
 
-def test_a_look_that_fails_in_between_changes_nothing_but_two_do():
+def test_sign_filter_one_failed_look_keeps_word():
+    """One failed look in between changes nothing, but two of them do."""
     assert len(signs((BARRIER, STOP), (BARRIER,), (BARRIER, STOP))) == 1
     assert len(signs((BARRIER, STOP), (BARRIER, STOP), (BARRIER,))) == 1
     assert signs((BARRIER, STOP), (BARRIER, STOP), (BARRIER,), (BARRIER,)) == ()
 
 
-def test_a_paddle_that_is_turned_says_nothing_until_its_new_side_is_read_twice():
+def test_sign_filter_turned_paddle_needs_two_new_looks():
+    """A paddle that is turned has no word until its new side is read twice."""
     assert signs((BARRIER, STOP), (BARRIER, STOP), (BARRIER, SLOW)) == ()
     told = signs((BARRIER, STOP), (BARRIER, STOP), (BARRIER, SLOW), (BARRIER, SLOW))
     assert [item.word for item in told] == [SignWord.SLOW]
@@ -54,20 +56,23 @@ def test_an_old_word_is_forgotten_and_a_departure_forgets_all():
     assert memory.signs(time_s) == ()
 
 
-def test_a_sign_on_no_object_has_its_direction_and_its_distance_if_the_map_knows_its_place():
+def test_sign_without_object_has_bearing_and_known_distance():
+    """A sign on no object has its bearing, and its distance if the map has its place."""
     assert signs((POST, ALONE), (POST, ALONE)) == (ObservedSign(word=SignWord.STOP, distance_m=15.3, bearing_rad=0.1),)
     assert signs((AHEAD, ALONE), (AHEAD, ALONE)) == (ObservedSign(word=SignWord.STOP, bearing_rad=0.1),)
     assert signs((CAR, ALONE), (CAR, ALONE)) == (ObservedSign(word=SignWord.STOP, bearing_rad=0.1),)
 
 
-def test_the_same_sign_in_two_crops_is_told_once_with_its_object():
+def test_sign_in_two_crops_is_reported_once_with_object():
+    """The same sign in two crops is reported once, with its object."""
     looks = [(AHEAD, (SignWord.STOP, WordLocation(0.12))), (BARRIER, STOP), (POST, ALONE)]
     assert signs(*looks, *looks) == (ObservedSign(word=SignWord.STOP, object_id="7"),)
     elsewhere = (AHEAD, (SignWord.STOP, WordLocation(-0.3)))
     assert len(signs(elsewhere, elsewhere, (BARRIER, STOP), (BARRIER, STOP))) == 2
 
 
-def test_all_have_their_turn_and_what_was_found_once_is_read_again_soon():
+def test_sign_filter_next_alternates_and_repeats_found_words():
+    """All targets have their turn, and a target with one reading is read again soon."""
     memory = SignFilter()
     places = [BARRIER, AHEAD, CAR, POST]
     order = []

@@ -70,7 +70,8 @@ def test_a_barrier_is_read_first_with_what_stands_above_it():
     "change",
     [{"hidden": True}, {"vx_mps": 1.0}, {"y_m": 95.0}, {"y_m": 40.0}, {"x_m": 120.0}, {"height_m": 0.2}],
 )
-def test_what_is_hidden_moving_far_behind_aside_or_low_is_not_read(change):
+def test_targets_hidden_moving_far_or_low_objects_are_skipped(change):
+    """An object that is occluded, moving, far, behind, to the side or low is not read."""
     assert keys(replace(BARRIER, **change)) == AHEAD
 
 
@@ -92,7 +93,8 @@ def test_posts_of_the_map_are_read_where_their_face_is():
     assert crop.distance_m == pytest.approx(math.hypot(15.0, 3.0), abs=0.05)
 
 
-def test_a_word_is_the_nearest_objects_that_can_carry_it_wherever_it_was_read():
+def test_carrier_is_nearest_object_that_can_carry_word():
+    """A word belongs to the nearest object that can carry it, wherever it was read."""
     far_car = replace(BARRIER, id=9, label=LABELS.index("car"), y_m=65.0)
     found = targets(RIG, HERE, [BARRIER, replace(far_car, id=8, y_m=63.0), far_car], {})
     barrier, road, behind = found[0], found[2], found[-1]
@@ -106,7 +108,8 @@ def test_a_word_is_the_nearest_objects_that_can_carry_it_wherever_it_was_read():
     assert carrier_of(SignWord.STOP, 10.0, 10.0, found, road) is None
 
 
-def test_a_word_at_a_post_of_the_map_is_the_posts():
+def test_carrier_of_word_at_map_post_is_none():
+    """A word at a post of the map belongs to the post."""
     found = targets(RIG, HERE, [BARRIER], {0: (100.0, 63.0)})
     post = found[-1]
     column, row = (post.left + post.right) / 2, (post.top + post.bottom) / 2
@@ -114,7 +117,7 @@ def test_a_word_at_a_post_of_the_map_is_the_posts():
     assert carrier_of(SignWord.STOP, column, row, found, post) is None
 
 
-def test_a_wider_look_contains_the_first_and_stays_in_the_image():
+def test_target_widened_contains_original_and_stays_in_image():
     for target in targets(RIG, HERE, [BARRIER], {}):
         wide = target.widened(RIG)
         assert (

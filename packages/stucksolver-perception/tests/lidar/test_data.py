@@ -22,7 +22,7 @@ def windows(tmp_path_factory: pytest.TempPathFactory) -> SweepWindows:
     return load([folder], jobs=1, every=2)
 
 
-def test_windows_end_at_every_second_tick_counted_from_a_full_history(windows: SweepWindows) -> None:
+def test_windows_end_at_every_second_tick_after_full_history(windows: SweepWindows) -> None:
     ends = windows.history[:, 0].tolist()
     assert ends == [*range(5, 24, 2), *range(24 + 5, 24 + 12, 2)]
 

@@ -29,7 +29,8 @@ def test_of_two_boxes_at_one_place_the_better_remains() -> None:
     assert kept.tolist() == [1]
 
 
-def test_a_second_middle_inside_a_long_truck_is_no_second_truck() -> None:
+def test_suppressed_second_center_in_long_truck_is_dropped() -> None:
+    """A second middle inside a long truck is not a second truck."""
     boxes = np.array([box(20.0, length_m=14.0, width_m=2.6), box(25.0)])
     assert suppressed(np.array([TRUCK, TRUCK]), np.array([0.9, 0.5]), boxes).tolist() == [0]
 

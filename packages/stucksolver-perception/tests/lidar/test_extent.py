@@ -61,7 +61,7 @@ def test_a_barrier_seen_too_wide_ends_where_rays_pass_it(x, seed):
     assert told.size[0, 2] == 3.4
 
 
-def test_a_barrier_beside_the_vehicle_gets_the_direction_of_its_sides():
+def test_extent_barrier_alongside_gets_direction_of_its_sides():
     askew = math.radians(-11.0)
     told = measured(named("barrier", 3.0, -3.9, (2.6, 4.4, 3.4), 0.1), box(2.9, -4.0, TRAILER_M, askew))
     assert math.remainder(float(told.yaw[0]) - askew, math.pi / 2) == pytest.approx(0.0, abs=math.radians(4.0))
@@ -76,8 +76,11 @@ def test_a_cone_is_where_its_returns_are(x, off, seed):
 
 
 @pytest.mark.parametrize(("other", "moves"), [("animal", True), ("debris", True), ("pedestrian", False)])
-def test_a_cone_that_is_also_taken_for_an_animal_stays_one_thing(other, moves):
-    """It was found weakly as an animal at the same place. Measured apart, the animal stood beside the cone."""
+def test_extent_cone_with_second_label_stays_one_object(other, moves):
+    """A cone that was also detected as an animal stays one object.
+
+    It was found weakly as an animal at the same place. Measured separately, the animal was beside the cone.
+    """
     size = (0.5, 0.5, 0.65)
     cone, twin = named("cone", 6.0, 0.95, size), named(other, 6.05, 0.95, size)
     both = Detections(0.5, *(np.concatenate([getattr(item, part) for item in (cone, twin)]) for part in PARTS))
@@ -88,7 +91,8 @@ def test_a_cone_that_is_also_taken_for_an_animal_stays_one_thing(other, moves):
     assert (len(suppress_duplicates(told)) == 1) is moves
 
 
-def test_a_cone_beside_a_trailer_is_not_as_wide_as_both():
+def test_extent_cone_beside_trailer_keeps_its_width():
+    """A cone beside a trailer is not as wide as both."""
     things = box(14.0, 0.0, TRAILER_M), box(14.0, 1.65, CONE_M)
     told = measured(named("cone", 14.0, 1.9, (0.6, 0.7, 1.1)), *things)
     right, left = sides(told)
@@ -126,7 +130,8 @@ def low(detections, *things):
     return with_low_trucks_as_barriers(detections, seconds([np.concatenate(things)] * 2, 0), RIG)
 
 
-def test_a_truck_no_higher_than_a_barrier_is_a_row_of_barriers():
+def test_extent_truck_as_low_as_barrier_is_barriers():
+    """A truck no higher than a barrier is a row of barriers."""
     barriers, truck = row(12.0, 2.7)
     told = low(truck, barriers)
     assert LABELS[told.label[0]] == "barrier"

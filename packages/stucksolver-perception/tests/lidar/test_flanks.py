@@ -34,7 +34,8 @@ def test_nobody_is_in_the_side_of_a_van(beside_m, seed):
 @pytest.mark.parametrize(
     ("x", "beside_m", "seed"), sample(itertools.product([7.3, 10.0, FAR_M], [0.25, 0.3, 0.5], range(4)), 12)
 )
-def test_who_stands_beside_a_van_is_kept_even_if_the_box_is_a_little_nearer(x, beside_m, seed):
+def test_flanks_pedestrian_beside_van_is_kept(x, beside_m, seed):
+    """A pedestrian beside a van is kept even if the box is a little nearer."""
     person = (x, LEFT_M + beside_m, *PERSON)
     for off_m in (-0.15, 0.0, 0.1):
         assert left(x, LEFT_M + beside_m + off_m, VAN, person, seed=seed) == ["pedestrian"]

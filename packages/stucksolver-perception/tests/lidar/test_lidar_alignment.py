@@ -140,7 +140,8 @@ def into(points: Floats, place: tuple[float, float, float]) -> Floats:
 
 
 @pytest.mark.parametrize("turned_deg", [2.0, -2.0, 1.6, -3.3, 5.0, -7.0])
-def test_a_turned_lidar_is_noticed_within_some_tens_of_metres_and_its_angle_is_told(turned_deg: float) -> None:
+def test_lidar_alignment_turned_lidar_is_detected_with_angle(turned_deg: float) -> None:
+    """A turned LiDAR is detected within some tens of meters, and its angle is reported."""
     drive = Drive(street(), turned_deg=lambda _: turned_deg).go()
     assert drive.noticed_m is not None and drive.noticed_m < 55.0
     assert drive.told_deg == pytest.approx(turned_deg, abs=0.25)
@@ -157,19 +158,21 @@ def test_a_healthy_lidar_is_not_accused(seed: int) -> None:
 
 @pytest.mark.integration
 @pytest.mark.parametrize("turned_deg", [0.5, -0.8])
-def test_what_mounting_tolerances_and_crosswind_add_up_to_is_no_fault(turned_deg: float) -> None:
+def test_lidar_alignment_mounting_tolerance_and_crosswind_are_no_fault(turned_deg: float) -> None:
     assert Drive(street(), turned_deg=lambda _: turned_deg).go(200.0).noticed_m is None
 
 
 @pytest.mark.integration
-def test_a_mount_that_gives_way_on_the_road_is_noticed_soon() -> None:
+def test_lidar_alignment_mount_that_fails_while_driving_is_detected() -> None:
+    """A mount that gives way on the road is detected soon."""
     drive = Drive(street(), turned_deg=lambda driven: 2.0 if driven > 80.0 else 0.0).go(200.0)
     assert drive.noticed_m is not None and 80.0 < drive.noticed_m < 130.0
 
 
 @pytest.mark.integration
 @pytest.mark.parametrize("turned_deg", [0.0, 2.0, -2.5])
-def test_in_a_bend_it_is_noticed_as_well_and_nothing_else_is(turned_deg: float) -> None:
+def test_lidar_alignment_in_bend_detects_only_turned_lidar(turned_deg: float) -> None:
+    """In a bend a turned LiDAR is detected as well, and no other is."""
     # 60 m of radius at 7 m/s: 0.8 m/s2
     drive = Drive(ring(), lambda _: 7.0, lambda _: 7.0 / 60.0, lambda _: turned_deg).go(150.0)
     assert len(drive.matches) >= 5
@@ -180,7 +183,8 @@ def test_in_a_bend_it_is_noticed_as_well_and_nothing_else_is(turned_deg: float) 
 
 
 @pytest.mark.integration
-def test_a_body_that_slips_in_a_tight_bend_is_not_a_turned_lidar() -> None:
+def test_lidar_alignment_slip_in_tight_bend_is_no_fault() -> None:
+    """A body that slips in a tight bend is not a turned LiDAR."""
     # 12 m of radius at 6.5 m/s, round and round: 3.5 m/s2, and the body slips by 2 degrees all the time.
     drive = Drive(ring(12.0), lambda _: 6.5, lambda _: 6.5 / 12.0, slip_per_mps2=math.radians(0.57)).go(200.0)
     assert drive.noticed_m is None
@@ -188,7 +192,8 @@ def test_a_body_that_slips_in_a_tight_bend_is_not_a_turned_lidar() -> None:
 
 @pytest.mark.integration
 @pytest.mark.parametrize("radius_m", [9.0, 20.0, 34.0])
-def test_a_vehicle_with_another_wheelbase_that_goes_round_slowly_is_not_accused(radius_m: float) -> None:
+def test_lidar_alignment_other_wheelbase_in_circle_is_no_fault(radius_m: float) -> None:
+    """A vehicle with another wheelbase in a slow circle is not reported."""
     drive = Drive(ring(radius_m), lambda _: 3.0, lambda _: 3.0 / radius_m, rear_axle_m=REAR_AXLE_M + 0.5).go(120.0)
     assert drive.noticed_m is None
 
@@ -246,7 +251,8 @@ def corners_of(box: Floats) -> Floats:
 
 
 @pytest.mark.integration
-def test_a_column_of_lorries_that_is_known_to_move_says_nothing() -> None:
+def test_lidar_alignment_known_moving_trucks_are_not_measured() -> None:
+    """A column of trucks that are known to move is not used as a measurement."""
     drive = Drive(np.zeros((0, 2)), others=convoy, others_known=lorries).go(160.0)
     assert drive.matches == []
 

@@ -43,7 +43,8 @@ def measured(thing, detections, slope=0.0, seed=0):
 @pytest.mark.parametrize(
     ("height_m", "x", "seed"), sample(itertools.product([0.08, 0.12, 0.2, 0.4], [5.0, 7.5, 9.0], range(3)), 12)
 )
-def test_the_height_of_a_thing_nearby_is_that_of_its_highest_returns(height_m, x, seed):
+def test_low_height_of_near_object_is_highest_return(height_m, x, seed):
+    """The height of a near object is that of its highest returns."""
     told = measured(box(x, 0.4, 0.45, 0.35, height_m), found(x, 0.4), seed=seed)
     # A ray may pass closely above the highest one that meets it.
     assert height_m - 0.08 < told.size[0, 2] < height_m + 0.04

@@ -43,7 +43,8 @@ def ends_m(found: Detections) -> Floats:
 
 @pytest.mark.parametrize("yaw", [0.0, np.pi])
 @pytest.mark.parametrize("x_m", [-12.0, 11.0])
-def test_a_vehicle_that_is_longer_than_the_network_says_begins_nearer(x_m: float, yaw: float) -> None:
+def test_measured_ends_extend_vehicle_longer_than_detected(x_m: float, yaw: float) -> None:
+    """A vehicle that is longer than its detection begins nearer."""
     turn = turn_of((x_m, 0.3, 1.15, *AMBULANCE, 0.0))
     far_end = np.sign(x_m) * (abs(x_m) + 3.0)
     shorter = told(x_m + np.sign(x_m) * 0.3, 0.3, (5.4, 2.2, 2.3), yaw)
@@ -66,13 +67,15 @@ def test_a_person_before_the_corner_is_not_its_end() -> None:
     assert found[0] == pytest.approx(7.8, abs=0.1)
 
 
-def test_what_moves_or_is_beside_the_lidar_stays_as_it_was_found() -> None:
+def test_measured_ends_skip_moving_and_adjacent_vehicles() -> None:
+    """A vehicle that moves or is beside the LiDAR keeps its detected box."""
     turn = turn_of((11.0, 0.0, 1.15, *AMBULANCE, 0.0), (0.5, 3.0, 1.15, *AMBULANCE, 0.0))
     for item in (told(11.4, 0.0, (5.4, 2.2, 2.3), mps=3.0), told(0.9, 3.0, (5.4, 2.2, 2.3))):
         assert np.array_equal(with_measured_ends(item, turn, RIG).size, item.size)
 
 
-def test_an_end_of_which_too_little_is_seen_stays_where_the_network_says() -> None:
+def test_measured_ends_skip_hidden_ends_and_other_labels() -> None:
+    """An end with too few returns stays where the network puts it."""
     hidden = turn_of((11.0, 0.0, 1.15, *AMBULANCE, 0.0), (5.0, 0.4, 1.2, 1.0, 1.9, 2.4, 0.0))
     one = told(11.5, 0.0, (5.4, 2.4, 2.3))
     assert np.array_equal(with_measured_ends(one, hidden, RIG).center, one.center)

@@ -34,7 +34,8 @@ BESIDE = itertools.product([(2.8, -1.1), (3.2, 0.0), (5.0, -0.5)], [(-0.35, -0.4
 
 
 @pytest.mark.parametrize(("place", "aside", "seed"), sample(BESIDE, 12))
-def test_who_stands_half_a_metre_beside_the_one_that_the_network_named_is_another_person(place, aside, seed):
+def test_neighbors_second_pedestrian_beside_detected_is_added(place, aside, seed):
+    """A pedestrian half a meter beside the detected one is another pedestrian."""
     x, y = place
     other = (x + aside[0], y + aside[1])
     # As in the drives: the one box is a little off its person, towards the other.

@@ -32,7 +32,8 @@ def test_every_pillar_of_the_grid_has_its_own_number() -> None:
     assert cell.min() >= 0 and cell.max() < GRID.pillars
 
 
-def test_points_beyond_the_grid_and_on_our_own_body_are_left_out() -> None:
+def test_pillars_leave_out_points_outside_grid_and_on_ego() -> None:
+    """Points beyond the grid and on the ego's body are left out."""
     outside = points_at((90, 0, 0), (0, 50, 0), (20, 0, 6), (20, 0, -4), (1.0, 0.5, 1.0))
     assert len(pillars(outside)[1]) == 0
     assert len(pillars(points_at((1.0, 1.2, 0.5)))[1]) == 1
@@ -43,7 +44,8 @@ def test_no_points_make_no_pillars() -> None:
     assert features.shape == (0, FEATURES) and cell.shape == (0,)
 
 
-def test_occupied_cells_are_numbered_without_gaps_and_pillars_keep_their_part() -> None:
+def test_occupied_numbers_cells_without_gaps_and_keeps_parts() -> None:
+    """Occupied cells are numbered without gaps, and pillars keep their part."""
     _, cell = pillars(points_at((30.1, 4.0, 0.2), (30.4, 4.0, 0.2), (-20.0, -3.0, 0.2), (30.1, 4.0, 1.2)))
     slot, cells = occupied(cell)
     assert cells.tolist() == sorted(set((cell // 4).tolist()))

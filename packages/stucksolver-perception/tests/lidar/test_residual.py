@@ -69,7 +69,8 @@ def test_a_person_that_the_network_missed_is_an_obstacle(x, y):
     assert length <= 0.7 and width <= 0.7 and height <= 1.8
 
 
-def test_people_in_a_row_are_an_obstacle_as_wide_as_they_are():
+def test_residual_pedestrians_in_row_are_obstacle_of_their_width():
+    """Pedestrians in a row are an obstacle as wide as they are."""
     row = [(8.0, y, *PERSON) for y in np.arange(-1.5, 1.6, 0.6)]
     found = added(turn(*row))
     assert found
@@ -85,7 +86,8 @@ def test_a_thin_bar_across_the_road_is_a_barrier():
     assert max(y + width / 2 for _, _, y, _, width, _ in found) > 2.0
 
 
-def test_what_the_network_named_is_explained_and_so_is_a_vehicle_that_it_missed_once():
+def test_residual_detected_or_tracked_vehicle_is_explained():
+    """A detected vehicle is explained, and so is a tracked one that the network missed once."""
     car = (9.0, 0.3, 4.4, 1.8, 1.5)
     points = turn(car)
     assert added(points) != []
@@ -100,7 +102,8 @@ def test_a_person_beside_a_named_car_is_still_seen():
     assert label == "pedestrian" and abs(y + 2.0) < 0.3
 
 
-def test_kerbs_signs_overhead_and_what_is_aside_or_behind_are_none():
+def test_residual_curbs_signs_and_lateral_objects_are_ignored():
+    """Curbs, overhead signs and objects to the side or behind are no obstacles."""
     kerb = (10.0, 2.4, 12.0, 0.6, 0.2)
     assert added(turn(kerb)) == []
     points = seconds([np.array([[10.0, 0.0, 2.6, 0.1, 5.0, 0.8, 0.0]])] * 3)
@@ -111,8 +114,11 @@ def test_kerbs_signs_overhead_and_what_is_aside_or_behind_are_none():
 
 @pytest.mark.parametrize("bend", [-0.2, -0.16, 0.16, 0.2])
 @pytest.mark.parametrize("begins_m", [3.0, 6.0, 10.0])
-def test_a_road_that_begins_to_rise_or_fall_is_no_obstacle_and_a_person_on_it_is_one(bend, begins_m):
-    """Steeper than any road that `ground_heights` expects."""
+def test_residual_change_of_slope_is_no_obstacle(bend, begins_m):
+    """A road that begins to rise or fall is no obstacle, and a pedestrian on it is one.
+
+    Steeper than any road that `ground_heights` expects.
+    """
     for ones in ((), ((12.0, 0.5, *PERSON),)):
         points = turn(*ones)
         points[:, 2] += bend * np.maximum(0.0, points[:, 0] - begins_m)
@@ -133,8 +139,11 @@ def test_no_points_and_no_detections_are_fine():
     assert added(np.zeros((0, 5), np.float32)) == []
 
 
-def test_the_rear_of_a_car_that_drives_on_is_no_obstacle():
-    """The box of a car at 9 m/s is ahead of the returns of a whole turn by a metre or more."""
+def test_residual_rear_of_moving_car_is_no_obstacle():
+    """The rear of a car that drives on is no obstacle.
+
+    The box of a car at 9 m/s is ahead of the returns of a whole turn by a meter or more.
+    """
     car, ahead = (10.0, 1.0, 4.5, 1.9, 1.5), (11.5, 1.0, 4.5, 1.9, 1.5)
     assert added(turn(car), known=tracked(ahead)) != []
     assert added(turn(car), known=tracked(ahead, speed=9.0)) == []
@@ -143,13 +152,17 @@ def test_the_rear_of_a_car_that_drives_on_is_no_obstacle():
     assert added(turn(car), found) == []
 
 
-def test_the_rear_of_a_bus_that_drives_ahead_is_no_person():
-    """Its box is too short. Close behind one that stands there may be somebody."""
+def test_residual_rear_of_moving_bus_is_no_pedestrian():
+    """The rear of a bus that drives ahead is no pedestrian.
+
+    Its box is too short. Close behind a stopped bus there may be a pedestrian.
+    """
     bus, told = (13.5, 0.0, 10.9, 2.4, 3.1), (13.6, 0.0, 8.8, 2.6, 3.1)
     assert added(turn(bus), known=tracked(told, speed=0.5)) != []
     assert added(turn(bus), known=tracked(told, speed=2.0)) == []
 
 
-def test_who_walks_close_behind_a_car_that_stands_is_an_obstacle():
+def test_residual_pedestrian_behind_stopped_car_is_obstacle():
+    """A pedestrian who walks close behind a stopped car is an obstacle."""
     car, person = (12.0, 0.0, 4.5, 1.9, 1.5), (8.6, 0.0, *PERSON)
     assert [item[0] for item in added(turn(car, person), known=tracked(car))] == ["pedestrian"]

@@ -62,9 +62,10 @@ def test_a_lone_car_is_found_where_it_stands(detector: LidarDetector, x_m: float
 
 @pytest.mark.parametrize(("label", "size"), [("truck", (8.0, 2.5, 3.2)), ("pedestrian", (0.6, 0.6, 1.8))])
 @pytest.mark.parametrize("x_m", [8.0, 15.0, 25.0])
-def test_a_truck_and_a_person_are_told_apart_up_to_25_m(
+def test_shipped_detector_distinguishes_truck_and_pedestrian_to_25_m(
     detector: LidarDetector, label: str, size: tuple[float, float, float], x_m: float
 ) -> None:
+    """A truck and a pedestrian are distinguished up to 25 m."""
     box = np.array([x_m, 3.0, size[2] / 2, *size, 0.0])
     found = sure(detector.detect(seconds([box[None]] * TICKS), 0.45))
     assert [LABELS[item] for item in found.label] == [label]
@@ -74,16 +75,20 @@ def test_a_truck_and_a_person_are_told_apart_up_to_25_m(
 
 
 @pytest.mark.integration
-def test_from_look_to_look_the_place_of_what_stands_hardly_changes(detector: LidarDetector) -> None:
-    """It is what the tracker lives on: the velocity of a single look is wrong by metres a second (see below)."""
+def test_shipped_detector_position_of_stopped_car_hardly_changes(detector: LidarDetector) -> None:
+    """From look to look, the position of a stopped car hardly changes.
+
+    The tracker relies on this: the velocity of a single look is wrong by meters per second (see below).
+    """
     looks = [sure(detector.detect(seconds([np.array([car(15.0, 3.5)])] * TICKS, seed), 0.45)) for seed in range(5)]
     middles = np.array([look.center[0, :2] for look in looks])
     assert middles.std(axis=0).max() < 0.1
 
 
-def test_the_tracker_allows_for_the_error_of_a_look_s_velocity(
+def test_tracker_noise_covers_velocity_error_of_one_look(
     detector: LidarDetector,
 ) -> None:
+    """The tracker allows for the error of the velocity of a look."""
     ticks = [np.array([car(12.0, -3.5), car(8.0 + 8.0 * TICK_S * i, 3.5)]) for i in range(TICKS)]
     found = sure(detector.detect(seconds(ticks), 0.45))
     allowed = np.sqrt(measured(found, AT_REST).noise[:, 4, 4])
@@ -95,8 +100,11 @@ def test_the_tracker_allows_for_the_error_of_a_look_s_velocity(
 
 
 @pytest.mark.slow
-def test_a_tracker_finds_the_velocities_that_a_look_does_not_tell(detector: LidarDetector) -> None:
-    """In most looks: now and then, a moving box is found up to a metre beside its place, or twice."""
+def test_tracker_finds_velocities_over_several_looks(detector: LidarDetector) -> None:
+    """A tracker finds the velocities that a single look does not give.
+
+    In most looks: now and then, a moving box is found up to a meter beside its place, or twice.
+    """
     tracker, driven, stood = ObjectTracker(), [], []
     for look in range(20):
         places = [6.0 + 8.0 * TICK_S * (2 * look + i) for i in range(TICKS)]

@@ -60,14 +60,16 @@ def test_flat_ground_is_kept_of_the_last_turn_only() -> None:
     assert (y > 1.0).sum() == 4 * len(bag)
 
 
-def test_what_is_high_stays_even_where_it_is_flat_or_alone() -> None:
+def test_uneven_keeps_high_points_when_flat_or_alone() -> None:
+    """High points are kept even where they are flat or alone."""
     roof_and_head = np.array(
         [[10, 0, 1.5, 0.2], [10.1, 0, 1.5, 0.2], [30, 9, 1.7, 0.2], [500, 9, 1.7, 0.2]], np.float32
     )
     assert uneven(roof_and_head).all()
 
 
-def test_more_points_than_allowed_are_thinned_out_among_the_older_ones() -> None:
+def test_sweep_buffer_above_limit_thins_older_points() -> None:
+    """More points than allowed are thinned out among the older ones."""
     buffer = SweepBuffer(most_points=2500)
     for i in range(10):
         buffer.add(LidarSweep(0.05 * i, np.ones((1000, 4), np.float32)), pose(0.05 * i))

@@ -113,7 +113,8 @@ def test_the_area_of_an_ignored_body_is_no_background() -> None:
     assert float(loss.losses(elsewhere, nothing, aim)[0]) > 50.0
 
 
-def test_what_has_no_back_is_taught_one_of_its_two_yaws() -> None:
+def test_targets_of_object_without_front_use_one_yaw() -> None:
+    """An object without a distinct back is taught one of its two yaw angles."""
     barrier = LABELS.index("barrier")
     taught = []
     for yaw in (0.4, 0.4 + np.pi):

@@ -25,7 +25,7 @@ def pose(x=50.0, y=0.0, yaw=0.0, sigma=0.2):
 ROAD = [straight(0.0), straight(3.5), straight(7.0, backwards=True)]
 
 
-def test_the_lane_it_is_in_comes_first_and_is_nearly_certain():
+def test_match_present_lane_is_first_and_nearly_certain():
     best, *others = match(pose(y=0.4), ROAD, HALF_M)
     assert best.line == 0
     assert best.probability > 0.9

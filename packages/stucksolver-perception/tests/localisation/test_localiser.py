@@ -31,7 +31,8 @@ LOW, HIGH = 1.5, 8.1
 
 
 @pytest.mark.integration
-def test_after_ten_seconds_of_driving_the_error_is_small_and_stated_honestly():
+def test_localizer_error_after_10_s_is_small_and_consistent():
+    """After ten seconds of driving, the error is small and the stated uncertainty fits it."""
     off, nees, _ = judged(np.arange(4.0, 12.01, 1.0), town, 12.05, gyro=0.004, slope=0.4)
     assert math.sqrt((off[:, 6, :2] ** 2).sum(-1).mean()) < 0.4
     assert np.abs(off[..., 2]).max() < 0.06
@@ -53,7 +54,9 @@ def test_a_vehicle_that_stands_does_not_wander():
 
 
 @pytest.mark.integration
-def test_without_satellites_it_goes_on_and_says_how_uncertain_it_is():
+def test_localizer_without_satellites_states_growing_uncertainty():
+    """Without satellites, the localizer goes on and states how uncertain it is."""
+
     def cruise(t, speed):
         return (2.0 if speed < 10.0 else 0.0), town(t, speed)[1]
 
@@ -96,7 +99,8 @@ def test_fixes_are_used_again_when_they_agree():
     assert np.hypot(*error(truth, localiser.estimate(t))[:2]) < 0.8
 
 
-def test_a_lost_filter_finds_back_when_all_fixes_disagree_with_it():
+def test_localizer_lost_recovers_when_all_fixes_disagree():
+    """A lost filter recovers when all fixes disagree with it."""
     wrong = PoseEstimate(0.0, 50.0, 0.0, 0.0, 0.0, 0.0, 0.0, np.diag([0.1, 0.1, 0.01, 0.01]))
     localiser = EkfLocalizer(RIG, wrong)
     rng = np.random.default_rng(4)
@@ -125,7 +129,8 @@ def test_a_vehicle_that_creeps_does_not_count_as_standing():
     assert last.speed_mps == pytest.approx(truth[3], abs=0.05)
 
 
-def test_before_the_first_fix_and_the_first_compass_there_is_no_pose_and_it_says_what_is_missing():
+def test_localizer_without_fix_or_compass_names_missing_input():
+    """Before the first fix and the first compass value there is no pose, and the error names what is missing."""
     localiser = EkfLocalizer(RIG)
     with pytest.raises(NotLocalisedError, match="a fix"):
         localiser.estimate(0.0)
@@ -137,7 +142,8 @@ def test_before_the_first_fix_and_the_first_compass_there_is_no_pose_and_it_says
     assert (estimate.x_m, estimate.y_m, estimate.yaw_rad) == pytest.approx((3.0, 4.0, 1.2))
 
 
-def test_an_estimate_ahead_goes_on_with_the_speed_and_leaves_the_filter_alone():
+def test_localizer_later_estimate_extrapolates_and_keeps_filter():
+    """An estimate for later goes on with the speed and leaves the filter unchanged."""
     start = PoseEstimate(0.0, 0.0, 0.0, 0.0, 0.0, 10.0, 0.0, np.diag([0.01, 0.01, 1e-4, 0.01]))
     localiser = EkfLocalizer(RIG, start)
     localiser.wheel(WheelSpeed(0.0, 10.0))

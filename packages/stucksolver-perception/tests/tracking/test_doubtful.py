@@ -30,14 +30,16 @@ def test_one_thing_under_two_labels_is_one_object():
         assert [track.label for track in told] == [BICYCLE]
 
 
-def test_the_better_of_two_at_one_place_remains_and_a_neighbour_is_left_alone():
+def test_suppress_duplicates_keeps_better_label_and_neighbor():
+    """The better of two detections at one place remains, and a neighbor is kept."""
     rng = np.random.default_rng(1)
     walker = detections(0.0, [(12.0, 4.5)], rng, label=PEDESTRIAN, size=(0.5, 0.5, 1.8), score=0.3)
     both = joined(two(0.0, rng, first=0.4, second=0.8), walker)
     assert both.label[suppress_duplicates(both)].tolist() == [BARRIER, PEDESTRIAN]
 
 
-def test_what_is_found_weakly_and_now_and_then_never_becomes_certain():
+def test_tracker_weak_intermittent_detections_stay_uncertain():
+    """An object that is found weakly and now and then never becomes certain."""
     rng, tracker, told = np.random.default_rng(2), ObjectTracker(), []
     for k in range(60):
         look = nothing(k * STEP_S) if k % 3 else detections(k * STEP_S, [(15.0, 4.0)], rng, label=4, score=0.6)
@@ -52,7 +54,8 @@ def test_what_is_found_surely_in_every_look_does():
     assert track.confidence > 0.95
 
 
-def test_a_velocity_that_lags_in_every_look_makes_no_track_lag():
+def test_tracker_lagging_detected_velocity_makes_no_track_lag():
+    """A velocity that lags in every look makes no track lag."""
     rng, tracker = np.random.default_rng(4), ObjectTracker()
     for k in range(15):
         t = k * STEP_S
@@ -70,14 +73,18 @@ def missed(label, size, looks):
     return len(told)
 
 
-def test_rays_that_pass_over_a_bag_do_not_show_that_it_is_gone():
+def test_tracker_rays_above_bag_do_not_end_track():
+    """Rays that pass over a bag do not show that it is gone."""
     bag, walker = (7, (0.5, 0.5, 0.3)), (PEDESTRIAN, (0.5, 0.5, 1.8))
     assert (missed(*bag, looks=8), missed(*walker, looks=8)) == (1, 0)
     assert missed(*bag, looks=25) == 0, "it is not found for too long"
 
 
-def test_who_has_walked_here_and_stands_does_not_become_a_bicycle():
-    """Two who stand close together look like one."""
+def test_tracker_stopped_pedestrian_does_not_become_bicycle():
+    """A pedestrian who walked and then stopped does not become a bicycle.
+
+    Two pedestrians close together look like one.
+    """
     rng, tracker = np.random.default_rng(3), ObjectTracker()
     walks = follow(tracker, lambda t: ((5.0, -4.0 + 1.3 * t), (0.0, 1.3)), 2.5, rng, label=PEDESTRIAN)
     assert walks and walks[0].moved_at_s is not None
@@ -87,7 +94,8 @@ def test_who_has_walked_here_and_stands_does_not_become_a_bicycle():
     assert [track.label for track in told] == [PEDESTRIAN]
 
 
-def test_a_parked_bicycle_first_taken_for_a_person_becomes_a_bicycle():
+def test_tracker_parked_bicycle_labeled_pedestrian_becomes_bicycle():
+    """A parked bicycle that was first labeled a pedestrian becomes a bicycle."""
     rng, tracker = np.random.default_rng(4), ObjectTracker()
     follow(tracker, lambda t: ((5.0, -0.75), (0.0, 0.0)), 3.0, rng, label=PEDESTRIAN)
     told = follow(tracker, lambda t: ((5.0, -0.75), (0.0, 0.0)), 8.0, rng, start_s=3.0, label=BICYCLE)
@@ -104,8 +112,11 @@ def test_a_parked_bicycle_first_taken_for_a_person_becomes_a_bicycle():
         (PEDESTRIAN, 1.4, 0.3, True),
     ],
 )
-def test_no_thing_comes_to_be_beside_a_car_that_passes_nor_in_its_tail(label, aside_m, after_s, born):
-    """The car's rear passes a place 15 m ahead; `after_s` later, something is found there, beside the car's way."""
+def test_tracker_static_object_beside_passing_car_is_not_created(label, aside_m, after_s, born):
+    """No static object is created beside a car that passes, nor in its tail.
+
+    The car's rear passes a place 15 m ahead; `after_s` later, an object is found there, beside the car's path.
+    """
     rng, tracker, speed = np.random.default_rng(4), ObjectTracker(), 7.0
 
     def path(t):

@@ -13,8 +13,8 @@ from stucksolver_perception.tracking import ObjectTracker
 LIDAR = load_rig().lidar
 
 
-def everywhere(seen, nearest_m=math.inf):
-    cells = np.full((AZIMUTHS, int(LIDAR.range_m / CELL_M)), seen)
+def everywhere(is_free, nearest_m=math.inf):
+    cells = np.full((AZIMUTHS, int(LIDAR.range_m / CELL_M)), is_free)
     return FreeSpace(cells, np.full(AZIMUTHS, nearest_m), np.zeros(AZIMUTHS), (0.0, 0.0))
 
 
@@ -33,11 +33,13 @@ def test_who_was_not_found_is_kept_behind_what_is_nearer():
     assert kept_for_s(everywhere(False, nearest_m=8.0)) == math.inf
 
 
-def test_who_was_not_found_is_soon_gone_where_its_place_was_seen_to_be_free():
+def test_tracker_missed_object_in_free_space_ends_soon():
+    """An object that was missed is soon gone where its place is free space."""
     assert kept_for_s(everywhere(True)) <= 0.8
 
 
-def test_what_the_detector_no_longer_sees_in_a_wall_fades_within_seconds():
+def test_tracker_missed_object_in_wall_fades_within_3_s():
+    """An object in a wall that the detector misses fades within seconds."""
     assert 0.8 < kept_for_s(everywhere(False)) < 3.0
     assert 0.8 < kept_for_s(everywhere(False, nearest_m=14.0)) < 3.0
 
@@ -52,8 +54,11 @@ def test_what_lies_below_the_lowest_beam_is_remembered():
 
 
 @pytest.mark.integration
-def test_what_lies_before_the_nose_is_not_forgotten_while_the_ego_stands():
-    """Rays pass above it, and nobody has seen it go."""
+def test_tracker_object_before_stopped_ego_is_kept():
+    """An object in front of the ego is kept while the ego is stopped.
+
+    Rays pass above it, and it was not observed to leave.
+    """
     tracker, bag = ObjectTracker(), {"label": 7, "size": (0.5, 0.4, 0.15)}
     follow(tracker, lambda _: ((9.0, 0.0), (0.0, 0.0)), 3.0, np.random.default_rng(1), **bag)
     for k in range(600):
@@ -94,13 +99,15 @@ def hidden_cone_after(seconds, speed):
     return math.sqrt(told[0].covariance[0, 0])
 
 
-def test_a_thing_beside_a_vehicle_that_stands_stays_where_it_was():
+def test_tracker_object_beside_stopped_vehicle_stays_in_place():
+    """An object beside a stopped vehicle stays where it was."""
     assert hidden_cone_after(20.0, speed=0.0) < 0.1
     # While the vehicle moves, its own place becomes less certain, but the thing does not set off.
     assert 0.1 < hidden_cone_after(20.0, speed=1.0) < 0.3
 
 
-def test_a_cone_found_only_now_and_then_keeps_its_id_though_rays_pass_above_it():
+def test_tracker_intermittent_cone_keeps_id_below_rays():
+    """A cone found only now and then keeps its id though rays pass above it."""
     tracker, rng, ids = ObjectTracker(), np.random.default_rng(3), set()
     follow(tracker, lambda _: ((15.0, 0.0), (0.0, 0.0)), 3.0, rng, **CONE)
     for k in range(100):

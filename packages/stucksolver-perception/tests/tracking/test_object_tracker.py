@@ -29,7 +29,8 @@ def joined(*parts):
     return Detections(parts[0].time_s, *(np.concatenate([getattr(p, c) for p in parts]) for c in columns))
 
 
-def test_a_moving_car_keeps_its_id_and_its_velocity_is_found():
+def test_tracker_moving_car_keeps_id_and_has_velocity():
+    """A moving car keeps its id, and its velocity is found."""
     rng = np.random.default_rng(0)
     tracker = ObjectTracker()
     ids = set()
@@ -58,7 +59,8 @@ def test_predict_goes_on_with_the_velocity_and_changes_nothing(ahead):
     assert again.x_m == pytest.approx(now.x_m)
 
 
-def test_a_second_hit_confirms_and_a_near_sure_one_needs_no_second():
+def test_tracker_second_hit_confirms_unless_near_and_certain():
+    """A second hit confirms a track, and a near and certain one needs no second."""
     rng = np.random.default_rng(2)
     weak = ObjectTracker()
     assert not weak.update(detections(0.0, [(10, 0)], rng, score=0.5), pose(0.0))
@@ -67,7 +69,8 @@ def test_a_second_hit_confirms_and_a_near_sure_one_needs_no_second():
     assert not ObjectTracker().update(detections(0.0, [(40, 0)], rng, score=0.9), pose(0.0))
 
 
-def test_who_should_be_seen_and_is_not_is_gone_within_a_second():
+def test_tracker_missed_object_in_view_ends_within_1_s():
+    """An object that should be visible and is missed is gone within a second."""
     tracker = ObjectTracker()
     follow(tracker, parked, 3.0, np.random.default_rng(3))
     told = [tracker.update(nothing(3.0 + k * STEP_S), pose(3.0 + k * STEP_S)) for k in range(10)]
@@ -75,7 +78,8 @@ def test_who_should_be_seen_and_is_not_is_gone_within_a_second():
     assert not told[-1]
 
 
-def test_who_is_hidden_by_a_truck_is_remembered_and_its_place_grows_uncertain():
+def test_tracker_occluded_object_is_kept_with_growing_uncertainty():
+    """An object occluded by a truck is kept, and its position grows uncertain."""
     rng = np.random.default_rng(4)
     tracker = ObjectTracker()
     (before,) = follow(tracker, parked, 3.0, rng)
@@ -90,7 +94,8 @@ def test_who_is_hidden_by_a_truck_is_remembered_and_its_place_grows_uncertain():
 
 
 @pytest.mark.integration
-def test_a_moving_car_is_remembered_for_less_long_than_a_standing_one():
+def test_tracker_moving_car_is_kept_shorter_than_stationary():
+    """An occluded moving car is kept for a shorter time than a stationary one."""
     lasted = []
     for path in (parked, lambda t: ((15.0, 2.0 * t - 6.0), (0.0, 2.0))):
         rng, tracker = np.random.default_rng(5), ObjectTracker()
@@ -106,7 +111,8 @@ def test_a_moving_car_is_remembered_for_less_long_than_a_standing_one():
     assert 1.0 < lasted[1] < 3.5
 
 
-def test_a_heading_that_flips_now_and_then_stays_and_motion_mends_a_wrong_one():
+def test_tracker_heading_ignores_flips_and_follows_motion():
+    """A heading that flips now and then stays, and motion corrects a wrong one."""
     rng = np.random.default_rng(6)
     tracker = ObjectTracker()
     for k in range(40):
@@ -116,7 +122,8 @@ def test_a_heading_that_flips_now_and_then_stays_and_motion_mends_a_wrong_one():
     assert abs(told[0].yaw_rad) < 0.2
 
 
-def test_the_label_is_voted_and_one_wrong_look_does_not_split_an_object():
+def test_tracker_label_is_voted_despite_one_wrong_look():
+    """The label is voted, and one wrong look does not split an object."""
     rng = np.random.default_rng(7)
     tracker = ObjectTracker()
     for k in range(20):
@@ -158,7 +165,8 @@ def test_tracks_are_the_same_wherever_the_local_frame_begins(yaw, x, y):
     assert math.hypot(there.vx_mps, there.vy_mps) == pytest.approx(math.hypot(here.vx_mps, here.vy_mps), abs=1e-2)
 
 
-def test_once_a_height_is_measured_guesses_of_it_no_longer_count():
+def test_tracker_measured_height_replaces_estimates():
+    """When a height is measured, estimates of it no longer count."""
     rng = np.random.default_rng(6)
     tracker = ObjectTracker()
     for k in range(40):
@@ -171,8 +179,11 @@ def test_once_a_height_is_measured_guesses_of_it_no_longer_count():
     assert track.hits == 40
 
 
-def test_a_fast_truck_whose_boxes_are_askew_and_still_is_one_track_with_its_speed():
-    """What the detector gave for a fire engine at 60 km/h: no velocity, and yaws up to 90 degrees off."""
+def test_tracker_fast_truck_with_turned_boxes_is_one_track():
+    """A fast truck whose boxes are turned and have no velocity is one track with its speed.
+
+    The detector's output for a fire truck at 60 km/h: no velocity, and yaw angles up to 90 degrees off.
+    """
     rng = np.random.default_rng(12)
     tracker = ObjectTracker()
     askew = np.radians([-96.0, 40.0, -30.0, -21.0, -29.0, -44.0, -45.0, -37.0])

@@ -24,7 +24,7 @@ def body(motion, label="car"):
 
 @pytest.mark.parametrize("motion", [MotionState.MOVING, MotionState.UNDECIDED, MotionState.STANDING])
 @pytest.mark.parametrize("label", ["car", "pedestrian", "cone"])
-def test_a_track_at_a_later_time_is_what_the_filter_predicts(motion, label):
+def test_track_at_later_time_equals_filter_prediction(motion, label):
     followed = body(motion, label)
     later = followed.track().predict_to(2.4)
     predict(followed, 2.4)
@@ -33,7 +33,8 @@ def test_a_track_at_a_later_time_is_what_the_filter_predicts(motion, label):
     np.testing.assert_allclose(later.covariance, expected.covariance, atol=1e-12)
 
 
-def test_what_stands_stays_where_it_is_and_what_moves_goes_on():
+def test_track_at_later_time_moves_only_moving_objects():
+    """A stationary object stays where it is, and a moving one goes on."""
     stands, moves = body(MotionState.STANDING).track(), body(MotionState.MOVING).track()
     assert (stands.predict_to(5.0).x_m, stands.predict_to(5.0).y_m) == (stands.x_m, stands.y_m)
     assert stands.predict_to(5.0).stationary_s == pytest.approx(stands.stationary_s + 3.0)

@@ -41,7 +41,8 @@ def test_a_parked_car_stands_still_although_the_ego_drives_by():
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_a_car_that_pulls_away_gently_is_noticed_within_one_and_a_half_seconds(seed):
+def test_tracker_car_pulling_away_is_moving_within_1_5_s(seed):
+    """A car that pulls away gently is detected as moving within 1.5 s."""
     rng = np.random.default_rng(seed)
     tracker = ObjectTracker()
     follow(tracker, parked, 8.0, rng)
@@ -55,7 +56,9 @@ def test_a_car_that_pulls_away_gently_is_noticed_within_one_and_a_half_seconds(s
     assert 0.2 < track.vx_mps < 1.5
 
 
-def test_a_car_that_stops_stands_since_then_and_says_when_it_moved():
+def test_tracker_stopping_car_has_stationary_time_and_last_motion():
+    """A car that stops is stationary since then, and its last motion is reported."""
+
     def braking(t):
         u = min(t, 4.0)
         return (8.0 * u - u * u, 2.0), (8.0 - 2.0 * u, 0.0)
@@ -66,12 +69,14 @@ def test_a_car_that_stops_stands_since_then_and_says_when_it_moved():
     assert track.moved_at_s <= track.standing_since_s
 
 
-def test_looks_twice_as_noisy_as_assumed_are_noticed_and_make_nobody_move():
+def test_tracker_noise_twice_as_large_moves_no_parked_car():
+    """Looks twice as noisy as assumed are detected and make no parked car move."""
     (track,) = follow(ObjectTracker(), parked, 12.0, np.random.default_rng(4), noise=2.0)
     assert track.stationary_s > 7.0
 
 
-def test_a_standing_car_that_was_hidden_and_is_seen_elsewhere_has_moved():
+def test_tracker_occluded_car_found_elsewhere_has_moved():
+    """A stationary car that was occluded and is found elsewhere has moved."""
     rng = np.random.default_rng(5)
     tracker = ObjectTracker()
     follow(tracker, parked, 5.0, rng)
@@ -96,7 +101,8 @@ def test_a_cone_stands_from_the_start_whatever_velocity_is_measured():
     assert track.stationary_s > 2.5 and track.moved_at_s is None
 
 
-def test_a_cone_that_is_taken_for_its_neighbour_and_then_hidden_stays_where_it_is():
+def test_tracker_occluded_cone_confused_with_neighbor_stays():
+    """A cone that is confused with its neighbor and then occluded stays where it is."""
     rng = np.random.default_rng(4)
     tracker = ObjectTracker()
     for k in range(60):
@@ -130,8 +136,11 @@ def shifting(way):
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_a_car_whose_box_wandered_and_came_back_has_stood_all_the_time(seed):
-    """As happens while the ego backs up: otherwise it is waited for like a car in a queue."""
+def test_tracker_car_with_wandering_box_stays_stationary(seed):
+    """A car whose box wandered and came back was stationary all the time.
+
+    This happens while the ego backs up: otherwise the ego waits for it like for a car in a queue.
+    """
     rng, tracker, path = np.random.default_rng(seed), ObjectTracker(), shifting([0.0, 0.9, 0.9, 0.1])
     moved, told = False, ()
     for k in range(140):

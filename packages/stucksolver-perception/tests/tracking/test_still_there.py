@@ -36,7 +36,8 @@ def told_after(tracker: ObjectTracker, seconds: float, standing: np.ndarray, lab
     return told
 
 
-def test_its_track_goes_on_with_the_same_id_while_returns_come_from_its_rear():
+def test_tracker_missed_vehicle_with_returns_keeps_id():
+    """The track goes on with the same id while returns come from the vehicle's rear."""
     assert [track.id for track in told_after(behind_a_van(), 10.0, rear())] == [1]
 
 
@@ -48,7 +49,8 @@ def test_without_returns_it_ends():
 
 @pytest.mark.parametrize(("label", "height"), [("debris", 0.4), ("barrier", 1.0), ("cone", 0.7), ("pedestrian", 1.7)])
 @pytest.mark.parametrize(("y", "kept"), [(0.1, True), (2.5, False)])
-def test_what_stands_in_the_way_is_kept_by_a_few_returns_and_beside_it_is_not(label, height, y, kept):
+def test_tracker_object_in_path_is_kept_by_few_returns(label, height, y, kept):
+    """A few returns keep an object in the path, and not one beside it."""
     tracker, size = ObjectTracker(), (0.6, 0.5, height)
     thing = {"label": LABELS.index(label), "size": size}
     follow(tracker, lambda _: ((7.8, y), (0.0, 0.0)), 4.0, np.random.default_rng(2), noise=0.3, **thing)
@@ -65,13 +67,17 @@ def test_one_that_was_driving_is_not_held_back_by_returns():
     assert told_after(behind_a_van(speed=6.0), 10.0, rear(x=27.0)) == ()
 
 
-def test_a_thing_at_its_rear_is_a_part_of_it_and_a_person_is_a_person():
+def test_tracker_object_at_rear_merges_and_pedestrian_does_not():
+    """An object at the vehicle's rear is a part of it, and a pedestrian is a pedestrian."""
     assert [LABELS[track.label] for track in told_after(behind_a_van(), 2.0, rear(), "barrier")] == ["truck"]
     assert {LABELS[t.label] for t in told_after(behind_a_van(), 2.0, rear(), "pedestrian")} == {"truck", "pedestrian"}
 
 
-def test_the_rear_of_a_bus_that_has_driven_on_does_not_keep_the_place_that_it_left():
-    """Its new box is 5 m ahead; its rear is within the old one, 11 m long."""
+def test_tracker_bus_driven_on_leaves_old_place_free():
+    """The rear of a bus that has driven on does not keep the place that it left.
+
+    Its new box is 5 m ahead; its rear is within the old one, 11 m long.
+    """
     tracker, rng = ObjectTracker(), np.random.default_rng(4)
     bus = {"label": LABELS.index("truck"), "size": (11.0, 2.5, 3.1)}
     follow(tracker, lambda _: ((12.9, 0.0), (0.0, 0.0)), 3.0, rng, **bus)

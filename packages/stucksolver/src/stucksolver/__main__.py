@@ -1,4 +1,4 @@
-"""`python -m stucksolver`, for where the command is not installed."""
+"""Runs `python -m stucksolver`, for an environment without the command."""
 
 import sys
 

@@ -9,14 +9,14 @@ from pathlib import Path
 
 
 class OutputError(RuntimeError):
-    """A result could not be written. The message names the file and the remedy."""
+    """Failed write of a result. The message names the file and the remedy."""
 
 
 def write_text(path: Path, text: str) -> None:
     """Write a file atomically: a crash or a full disk leaves the old file, or none.
 
     Raises:
-        OutputError: It cannot be written.
+        OutputError: The file cannot be written.
     """
     write_bytes(path, text.encode("utf-8"))
 
@@ -25,7 +25,7 @@ def write_bytes(path: Path, data: bytes) -> None:
     """Write bytes atomically.
 
     Raises:
-        OutputError: They cannot be written.
+        OutputError: The file cannot be written.
     """
     temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
@@ -33,16 +33,16 @@ def write_bytes(path: Path, data: bytes) -> None:
         temporary.write_bytes(data)
         os.replace(temporary, path)
     except OSError as error:
-        with contextlib.suppress(OSError):
+        with contextlib.suppress(OSError):  # The first error is reported; the remainder is only a temporary file.
             temporary.unlink(missing_ok=True)
         raise cannot_write(path, error) from error
 
 
 def require_writable(folder: Path) -> None:
-    """Make a folder and check that files can be written there, before hours are spent.
+    """Create a folder and check that files can be written there, before a run of hours starts.
 
     Raises:
-        OutputError: It is not writable.
+        OutputError: The folder is not writable.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)

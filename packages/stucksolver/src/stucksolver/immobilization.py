@@ -6,11 +6,12 @@ from collections import deque
 from dataclasses import dataclass
 from enum import Enum
 
+from stucksolver.scene.scene import EXPECTED_PROGRESS_M, IMMOBILIZED_BELOW_MPS
 from stucksolver.scene.status import Status
 
 
 class Trigger(str, Enum):
-    """What triggered the solver."""
+    """Reason for which the solver is triggered."""
 
     SPEED = "speed"
     PROGRESS = "progress"
@@ -20,11 +21,11 @@ class Trigger(str, Enum):
 
 @dataclass(frozen=True)
 class DetectorSettings:
-    """When the vehicle counts as immobilized. Defaults: below 5 km/h for 1 s, or less than 5 m in 20 s.
+    """Thresholds of an immobilization. Defaults: below 5 km/h for 1 s, or less than 5 m in 20 s (Bao and Li 2025).
 
     Attributes:
         v_min_mps: Speed below which the vehicle counts as slow (m/s).
-        dwell_s: How long it must be slow (s).
+        dwell_s: Time for which the vehicle must be slow (s).
         progress_m: New progress along the route expected within the window (m).
         progress_window_s: Length of that window (s).
 
@@ -32,9 +33,9 @@ class DetectorSettings:
         ValueError: A setting is not greater than 0.
     """
 
-    v_min_mps: float = 5 / 3.6
+    v_min_mps: float = IMMOBILIZED_BELOW_MPS
     dwell_s: float = 1.0
-    progress_m: float = 5.0
+    progress_m: float = EXPECTED_PROGRESS_M
     progress_window_s: float = 20.0
 
     def __post_init__(self) -> None:
@@ -44,16 +45,16 @@ class DetectorSettings:
 
 
 class Detector:
-    """Takes every status and returns what indicates that the vehicle is immobilized, if anything does."""
+    """Detector of an immobilization, updated with one status per tick."""
 
     def __init__(self, settings: DetectorSettings | None = None) -> None:
         self.settings = settings or DetectorSettings()
         self.slow_since_s: float | None = None
-        """When the vehicle became slow (s); None while at speed. Pushing something along counts as slow."""
+        """Time when the vehicle became slow (s); None while at speed. Pushing an object along counts as slow."""
         self._marks: deque[tuple[float, float]] = deque()
 
     def update(self, status: Status) -> Trigger | None:
-        """Return the trigger that holds at this tick; None if there is none, or at the destination."""
+        """Return the trigger at this tick; None without one, or at the destination."""
         if status.at_destination:
             self.forget()
             return None
@@ -79,18 +80,18 @@ class Detector:
         return last_m - first_m if last_s - first_s >= self.settings.progress_window_s - 0.5 else None
 
     def forget(self) -> None:
-        """Start afresh: what happened before a plan ended says nothing about what happens after it."""
+        """Reset the detector: motion before the end of a plan says nothing about motion after it."""
         self.slow_since_s = None
         self._marks.clear()
 
     def _at_speed(self, now_s: float) -> None:
-        """Note that the vehicle is at speed. After a reported standstill, progress is measured afresh."""
+        """Note that the vehicle is at speed. After a reported standstill, the progress window restarts."""
         if self.slow_since_s is not None and now_s - self.slow_since_s >= self.settings.dwell_s:
             self._marks.clear()
         self.slow_since_s = None
 
     def _mark(self, now_s: float, progress_m: float) -> None:
-        """Keep one mark every half second: enough for a window of many seconds, and cheap."""
+        """Store one mark every half second, which is enough for a window of many seconds."""
         marks = self._marks
         if marks and now_s - marks[-1][0] < 0.5:
             return

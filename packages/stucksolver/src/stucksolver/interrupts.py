@@ -1,4 +1,4 @@
-"""Ctrl-C, held back while something is done by halves."""
+"""Delays Ctrl-C during work that must not end halfway."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from types import FrameType
 
 @contextlib.contextmanager
 def uninterrupted() -> Iterator[None]:
-    """Ctrl-C in the body counts when the body is over; a process that is started in the body never hears it.
+    """Delay Ctrl-C in the body until its end; a process that is started in the body never receives it.
 
-    Without this a Ctrl-C could come between the start of a Python process and the message that tells it what to do;
-    the process would then die with a traceback.
+    Without this, a Ctrl-C could come between the start of a Python process and the message with its job. The process
+    would then die with a traceback.
     """
-    held: list[int] = []
+    pending: list[int] = []
 
     def hold(number: int, _frame: FrameType | None) -> None:
-        held.append(number)
+        pending.append(number)
 
-    # The block is for the processes started here, which inherit it. It is no protection for this one: the system
-    # gives the signal to any thread that takes it, and Python then interrupts the main thread.
+    # The mask is for the processes started here, which inherit it. It does not protect this process: the system
+    # delivers the signal to any thread that accepts it, and Python then interrupts the main thread.
     main = threading.current_thread() is threading.main_thread()
     before = signal.signal(signal.SIGINT, hold) if main else None
     blocked = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
@@ -32,5 +32,5 @@ def uninterrupted() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, blocked)
         if main:
             signal.signal(signal.SIGINT, before)
-    if held:
+    if pending:
         signal.raise_signal(signal.SIGINT)

@@ -1,4 +1,4 @@
-"""Whether pictures can be drawn: matplotlib comes with the extra `report`."""
+"""Checks whether matplotlib is installed, which comes with the extra `report`."""
 
 from __future__ import annotations
 
@@ -6,5 +6,5 @@ import importlib.util
 
 
 def can_plot() -> bool:
-    """Is matplotlib there?"""
+    """Return True if matplotlib is installed."""
     return importlib.util.find_spec("matplotlib") is not None

@@ -1,13 +1,13 @@
-"""Finds what other installed distributions add to the core, by entry points.
+"""Finds the additions of other installed distributions by their entry points.
 
 A distribution names its additions in its `pyproject.toml`:
 
-| group | what the entry point loads |
+| group | object that the entry point loads |
 |---|---|
 | `stucksolver.commands` | commands of the `stucksolver` program: a `dict` of name to `Command` |
 | `stucksolver.checks` | checks of `stucksolver doctor`: a tuple of functions without arguments that yield `Finding`s |
-| `stucksolver.reasoners` | a kind of reasoner: a `stucksolver.reasoners.registry.Kind` |
-| `stucksolver.interpreters` | a function without arguments that returns an `Interpreter` of a passenger's words |
+| `stucksolver.reasoners` | a kind of reasoner: a `stucksolver.reasoners.registry.ReasonerKind` |
+| `stucksolver.interpreters` | a function without arguments that returns an `Interpreter` of utterances |
 | `stucksolver.perception` | the vehicle's own sensors: a `stucksolver_carla.perception_interface.PerceptionPlugin` |
 | `stucksolver.drivers` | a driver that an evaluation can name: a class such as `BehaviorDriver` |
 | `stucksolver.criteria` | a criterion for every run of an evaluation: see `stucksolver_eval.criteria.monitor` |
@@ -25,12 +25,12 @@ PREFIX = "stucksolver."
 
 
 class PluginError(RuntimeError):
-    """An installed plug-in cannot be loaded. The message names it, its distribution and the reason."""
+    """Failed import of an installed plug-in. The message has its name, its distribution and the reason."""
 
 
 @dataclass(frozen=True)
 class Plugin:
-    """An entry point of an installed distribution.
+    """Entry point of an installed distribution.
 
     Attributes:
         group: One of `GROUPS`.
@@ -50,7 +50,7 @@ class Plugin:
         """Import the plug-in.
 
         Raises:
-            PluginError: The import fails, for whatever reason.
+            PluginError: The import fails for any reason.
         """
         try:
             return self.entry.load()
@@ -63,15 +63,15 @@ class Plugin:
 
 @cache
 def plugins(group: str) -> tuple[Plugin, ...]:
-    """Return the installed plug-ins of a group, in the order of their names. None of them is imported.
+    """Return the installed plug-ins of a group, sorted by name, without importing them.
 
     Raises:
-        ValueError: There is no such group.
+        ValueError: The group is unknown.
     """
     if group not in GROUPS:
         raise ValueError(f"unknown group of plug-ins {group!r}: expected one of {', '.join(GROUPS)}")
-    found = [_plugin(group, entry) for entry in entry_points(group=PREFIX + group)]
-    return tuple(sorted(found, key=lambda plugin: (plugin.name, plugin.distribution)))
+    installed = [_plugin(group, entry) for entry in entry_points(group=PREFIX + group)]
+    return tuple(sorted(installed, key=lambda plugin: (plugin.name, plugin.distribution)))
 
 
 def all_plugins() -> tuple[Plugin, ...]:
@@ -80,6 +80,6 @@ def all_plugins() -> tuple[Plugin, ...]:
 
 
 def _plugin(group: str, entry: EntryPoint) -> Plugin:
-    # An entry point that was not found through an installed distribution has none.
+    # An entry point that was not found through an installed distribution has no distribution.
     origin = entry.dist
     return Plugin(group, entry.name, origin.name if origin else "unknown", origin.version if origin else "0", entry)

@@ -68,7 +68,9 @@ def test_a_model_is_not_asked_about_a_red_light():
     assert model.calls == 0
 
 
-def test_a_model_that_always_finds_a_reason_to_wait_is_believed_only_for_so_long():
+def test_ladder_endless_legitimate_wait_ends_in_safe_stop():
+    """A model that always has a reason to wait is accepted only up to the limit of that wait."""
+
     def always_people(scene):
         decision = RuleReasoner().decide(ReasonerRequest(scene)).decision
         analysis = decision.analysis.model_copy(update={"wait": "people", "immobilized": False})
@@ -124,7 +126,8 @@ def test_without_a_model_its_rung_is_left_out():
 
 
 @pytest.mark.integration
-def test_a_model_is_asked_when_the_rules_are_at_their_end():
+def test_ladder_rules_without_plan_queries_model():
+    """The model is queried when the rules have no plan."""
     model = Says(lambda scene: RuleReasoner().decide(ReasonerRequest(scene)).decision, "clever")
     world = stuck()
     seen = drive(world, 20.0, reasoner=helpless(), models={"model": model}, ladder=ladder(rungs=QUICK))
@@ -159,8 +162,11 @@ def test_traffic_that_will_go_on_uses_up_no_tries():
 
 @pytest.mark.integration
 @pytest.mark.parametrize("spacing_m", sample([18.0, 24.0], 1))
-def test_in_a_stream_of_cars_beside_us_a_plan_begins_in_the_first_gap_and_meets_nobody(spacing_m):
-    """The cars are of the kind that never brakes; they are as quick as the plan."""
+def test_ladder_traffic_flow_in_adjacent_lane_starts_in_first_gap(spacing_m):
+    """Beside a flow of cars, a plan starts in the first gap and touches no car.
+
+    The cars never brake and are as fast as the plan.
+    """
     stream = [thing(f"car{k}", 62.0 - spacing_m * k, LANE_M, speed=5.0) for k in range(-2, 14) if k != 3]
     world = World(straight_road(left=LineKind.BROKEN, oncoming=None), [thing("lead", 59.7, hazard=True), *stream])
     seen = drive(world, 40.0, ladder=profile("evaluation"))
@@ -170,7 +176,7 @@ def test_in_a_stream_of_cars_beside_us_a_plan_begins_in_the_first_gap_and_meets_
 
 
 @pytest.mark.integration
-def test_a_plan_that_ran_out_of_time_is_not_started_again():
+def test_ladder_plan_timed_out_is_not_started_again():
     world = stuck()
     world._along = lambda directive: None
     world.cruise_mps = 0.0
@@ -180,7 +186,8 @@ def test_a_plan_that_ran_out_of_time_is_not_started_again():
     assert again and all("failed before: timeout" in str(v) for v in again)
 
 
-def test_a_plan_that_was_done_and_changed_nothing_is_not_repeated():
+def test_ladder_ineffective_plan_is_not_repeated():
+    """A plan that finished without progress of the ego is not started again."""
     seen = drive(stuck(), 30.0, reasoner=planning(Wait(duration_s=2.0)), ladder=stubborn())
     assert seen.kinds().count(EventKind.STARTED) == 1
     assert seen.kinds().count(EventKind.INEFFECTIVE) == 1
@@ -233,7 +240,9 @@ def test_after_a_recovery_the_next_immobilization_is_a_new_intervention():
 # ---- never in the way
 
 
-def test_a_question_is_dropped_and_its_reasoner_told_when_the_situation_clears():
+def test_query_situation_clears_cancels_reasoner():
+    """When the situation clears, the query is dropped and its reasoner is cancelled."""
+
     class Slow:
         name = "slow"
 

@@ -32,18 +32,21 @@ def test_the_evaluation_profile_asks_nobody_for_a_solid_line():
     assert "passenger" not in [rung.kind for rung in profile("evaluation").rungs]
 
 
-def test_only_the_evaluation_profile_passes_an_emergency_scene_through_the_oncoming_lane_by_itself():
+def test_profile_evaluation_alone_permits_emergency_scene_without_approval():
+    """Only the evaluation profile passes an emergency scene through the oncoming lane without an approval."""
     assert profile("default").guard_policy().emergency_scene is ApprovalLevel.OPERATOR
     assert profile("evaluation").guard_policy().emergency_scene is ApprovalLevel.AUTONOMOUS
     assert profile("evaluation").guard_policy().authority is ApprovalLevel.OPERATOR
 
 
-def test_in_the_evaluation_profile_a_new_plan_ends_even_the_stop():
+def test_profile_evaluation_last_rung_resumes_with_new_plan():
+    """In the evaluation profile, a new plan ends even the stop of the last rung."""
     assert profile("evaluation").rungs[-1].resume is Resume.PLAN
 
 
 @pytest.mark.parametrize("name", PROFILES)
-def test_a_profile_fits_on_one_screen_and_says_how_long_every_wait_lasts(name):
+def test_profile_text_fits_one_screen_and_limits_every_wait(name):
+    """A profile fits on one screen (65 lines of 120 characters) and limits every legitimate wait."""
     ladder = profile(name)
     assert len(profile_text(name).splitlines()) <= 65
     assert max(map(len, profile_text(name).splitlines())) <= 120
@@ -69,7 +72,7 @@ BAD = {
     "an unknown behaviour": (
         "[approval.behaviors]",
         '[approval.behaviors]\nfly = "operator"',
-        "unknown behaviour 'fly'",
+        "unknown behavior 'fly'",
     ),
     "an unknown table": ("[words]", "[wrods]", "wrods: unknown key; did you mean words"),
 }
@@ -80,7 +83,7 @@ def test_a_bad_ladder_is_refused_with_file_line_and_remedy(old, new, told, tmp_p
     text = DEFAULT.replace(old, new, 1)
     assert text != DEFAULT
     path = tmp_path / "mine.toml"
-    path.write_text(text)
+    path.write_text(text, encoding="utf-8")
     with pytest.raises(LadderError, match=told) as refused:
         find_ladder(path)
     changed = new.split("\n")[0]
@@ -102,7 +105,7 @@ def test_a_ladder_without_any_reasoner_that_is_there_is_refused():
     no_rules = DEFAULT.replace('kind = "rules"', 'kind = "model"', 1)
     text = no_rules[: no_rules.index('[[rung]]\nkind = "passenger"')]
     with pytest.raises(ValueError, match="give a reasoner named model"):
-        StuckSolver(lambda seen: None, ladder=parse_ladder(text, "x.toml"))
+        StuckSolver(lambda surroundings: None, ladder=parse_ladder(text, "x.toml"))
 
 
 def test_a_file_that_is_not_there_names_the_profiles(tmp_path):
@@ -110,32 +113,35 @@ def test_a_file_that_is_not_there_names_the_profiles(tmp_path):
         find_ladder(tmp_path / "none.toml")
 
 
-def test_a_user_can_swap_the_ladder_by_file_profile_or_value(tmp_path):
+def test_solver_ladder_from_file_profile_or_value_is_used(tmp_path):
+    """A ladder can be a file, the name of a profile or a value. A guard laxer than it is rejected."""
     path = tmp_path / "mine.toml"
-    path.write_text(DEFAULT.replace('solid_line = "passenger"', 'solid_line = "operator"'))
+    path.write_text(DEFAULT.replace('solid_line = "passenger"', 'solid_line = "operator"'), encoding="utf-8")
     for given_, expected in ((path, "operator"), ("evaluation", "autonomous"), (profile("default"), "passenger")):
-        assert StuckSolver(lambda seen: None, ladder=given_).guard.policy.solid_line == expected
-    with pytest.raises(LadderError, match="less than ladder 'default' does for: solid_line"):
-        StuckSolver(lambda seen: None, guard=Guard(), ladder=path)
+        assert StuckSolver(lambda surroundings: None, ladder=given_).guard.policy.solid_line == expected
+    with pytest.raises(LadderError, match="less approval than ladder 'default' for: solid_line"):
+        StuckSolver(lambda surroundings: None, guard=Guard(), ladder=path)
     stricter = Guard(GuardPolicy(solid_line="forbid"))
-    assert StuckSolver(lambda seen: None, guard=stricter, ladder=path).guard is stricter
+    assert StuckSolver(lambda surroundings: None, guard=stricter, ladder=path).guard is stricter
 
 
-def test_a_guard_of_ones_own_does_not_override_what_the_default_ladder_asks_for_either():
-    with pytest.raises(LadderError, match="less than ladder 'default' does for: solid_line"):
-        StuckSolver(lambda seen: None, guard=Guard(GuardPolicy(solid_line="autonomous")))
+def test_solver_guard_laxer_than_default_ladder_is_rejected():
+    """A user's guard must not require less than the default ladder; a stricter guard is used."""
+    with pytest.raises(LadderError, match="less approval than ladder 'default' for: solid_line"):
+        StuckSolver(lambda surroundings: None, guard=Guard(GuardPolicy(solid_line="autonomous")))
     stricter = Guard(GuardPolicy(solid_line="forbid"))
-    assert StuckSolver(lambda seen: None, guard=stricter).guard is stricter
+    assert StuckSolver(lambda surroundings: None, guard=stricter).guard is stricter
 
 
-def test_the_command_prints_a_profile_that_reads_back_and_checks_a_file(tmp_path, capsys):
+def test_ladder_command_prints_profile_and_checks_file(tmp_path, capsys):
+    """The command prints a profile that parses to the same ladder, and names the wrong line of a file."""
     assert main(["ladder", "evaluation"]) == 0
     printed = capsys.readouterr().out
     assert parse_ladder(printed, "x.toml") == profile("evaluation")
     path = tmp_path / "mine.toml"
-    path.write_text(printed.replace("tries = 10", "tries = 1001"))
+    path.write_text(printed.replace("tries = 10", "tries = 1001"), encoding="utf-8")
     assert main(["ladder", str(path)]) == 2
-    assert f"{path}, line {line_with(path.read_text(), 'tries = 1001')}" in capsys.readouterr().err
+    assert f"{path}, line {line_with(path.read_text(encoding='utf-8'), 'tries = 1001')}" in capsys.readouterr().err
 
 
 def test_every_kind_of_rung_tells_what_it_does():

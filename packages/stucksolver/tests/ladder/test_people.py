@@ -63,8 +63,8 @@ def solid_line(seconds, answer, **options):
     return world, told
 
 
-def kinds(told):
-    return [e.kind for e in told]
+def kinds(events):
+    return [e.kind for e in events]
 
 
 def test_a_solid_line_is_crossed_with_the_passengers_yes():
@@ -81,7 +81,8 @@ def test_a_solid_line_is_crossed_with_the_passengers_yes():
     assert world.x > 80.0
 
 
-def test_without_a_yes_it_is_not_crossed_and_a_no_is_not_asked_again():
+def test_solid_line_declined_is_not_crossed_nor_asked_again():
+    """When the passenger declines, the solid line is not crossed and the question is not repeated."""
     world, told = solid_line(60.0, lambda solver: solver.deny() if solver.pending_question.plan else None)
     assert EventKind.STARTED not in [e.kind for e in told if e.text != "pull_over"]
     assert kinds(told).count(EventKind.ANSWERED) == 1
@@ -111,10 +112,10 @@ def test_what_needs_the_operator_is_not_released_by_the_passenger():
 
 
 def test_a_yes_to_nothing_is_refused():
-    solver = StuckSolver(lambda seen: None)
-    with pytest.raises(QuestionError, match="nothing is asked"):
+    solver = StuckSolver(lambda surroundings: None)
+    with pytest.raises(QuestionError, match="no question is open"):
         solver.approve()
-    with pytest.raises(QuestionError, match="nothing is asked"):
+    with pytest.raises(QuestionError, match="no question is open"):
         solver.deny("q1")
 
 
@@ -150,7 +151,8 @@ def test_at_the_end_it_stops_safely_and_calls_for_help():
     assert "truck" in call.text
 
 
-def test_only_the_operator_ends_a_stop_that_is_theirs_to_end():
+def test_resume_operator_stop_ends_only_with_approval():
+    """A stop that only the operator may end lasts until the operator approves, even when the path is clear."""
     _, told, directives = stopped_world(Resume.OPERATOR, goes_away)
     assert isinstance(directives[-1], SafeStop)
 
@@ -165,7 +167,8 @@ def test_only_the_operator_ends_a_stop_that_is_theirs_to_end():
 
 
 @pytest.mark.integration
-def test_a_free_way_ends_the_stop_where_the_ladder_says_so():
+def test_resume_clear_stop_ends_with_clear_path():
+    """With `Resume.CLEAR`, the stop ends when the path is clear."""
     _, told, directives = stopped_world(Resume.CLEAR, goes_away)
     released = next(e for e in told if e.kind is EventKind.RELEASED)
     assert 20.0 < released.time_s < 23.0
@@ -174,7 +177,9 @@ def test_a_free_way_ends_the_stop_where_the_ladder_says_so():
 
 
 @pytest.mark.integration
-def test_a_new_plan_ends_the_stop_where_the_ladder_says_so():
+def test_resume_plan_stop_ends_with_accepted_plan():
+    """With `Resume.PLAN`, an accepted plan ends the stop; with `Resume.CLEAR`, it does not."""
+
     def road_opens(world, solver):
         if world.time_s > 20.0:
             world.road = TWO_WAY
@@ -186,7 +191,9 @@ def test_a_new_plan_ends_the_stop_where_the_ladder_says_so():
     assert isinstance(directives[-1], SafeStop)
 
 
-def test_no_words_end_a_stop_that_is_the_operators_and_the_call_stays_open():
+def test_resume_operator_stop_ignores_guidance():
+    """A passenger's guidance does not end a stop that only the operator may end."""
+
     def words(world, solver):
         if world.time_s == 15.0:
             solver.guide("go around it")
@@ -199,7 +206,9 @@ def test_no_words_end_a_stop_that_is_the_operators_and_the_call_stays_open():
 
 
 @pytest.mark.integration
-def test_a_passengers_words_may_end_the_stop_where_the_ladder_says_so():
+def test_resume_clear_stop_ends_with_guidance():
+    """With `Resume.CLEAR`, a plan from a passenger's guidance ends the stop."""
+
     def words(world, solver):
         if world.time_s == 15.0:
             solver.guide("go around it")

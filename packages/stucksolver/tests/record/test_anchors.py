@@ -33,7 +33,8 @@ def test_the_head_is_the_last_line_and_its_hash(record):
     check_anchor(record, head)
 
 
-def test_a_record_that_has_grown_is_still_the_one_that_was_anchored(tmp_path, record):
+def test_check_anchor_longer_record_is_accepted(tmp_path, record):
+    """A record that has grown still matches its anchor."""
     check_anchor(written(tmp_path / "longer.jsonl", numbers(9)), head_of(record))
 
 
@@ -51,11 +52,12 @@ def test_lines_cut_off_at_the_end_are_found(tmp_path, record, kept):
     short = tmp_path / "short.jsonl"
     short.write_bytes(b"".join(record.read_bytes().splitlines(keepends=True)[:kept]))
     assert len(list(read_chain(short))) == kept
-    with pytest.raises(RecordError, match=rf"anchor is for line 6, but it has only {kept} lines"):
+    with pytest.raises(RecordError, match=rf"anchor is for line 6, but the record has only {kept} lines"):
         check_anchor(short, head_of(record))
 
 
-def test_an_anchor_in_the_middle_says_nothing_of_what_comes_after(tmp_path, record):
+def test_check_anchor_in_middle_ignores_later_lines(tmp_path, record):
+    """An anchor in the middle of a record covers only the lines up to it."""
     middle = Anchor(3, head_of(written(tmp_path / "begun.jsonl", numbers(3))).digest)
     check_anchor(written(tmp_path / "other.jsonl", [*numbers(3), {"kind": "end"}]), middle)
 
@@ -80,13 +82,14 @@ def test_heads_are_saved_and_checked_without_naming_the_records_again(whole, tmp
     assert main(["replay", str(whole), "--save-heads", str(heads)]) == 0
     assert str(heads) in capsys.readouterr().out
     head = head_of(whole)
-    assert heads.read_text() == f"{head.digest}  {head.line}  {whole.as_posix()}\n"
+    assert heads.read_text(encoding="utf-8") == f"{head.digest}  {head.line}  {whole.as_posix()}\n"
     assert main(["replay", "--anchors", str(heads)]) == 0
     assert f"agrees with the anchor at line {head.line}" in capsys.readouterr().out
 
 
 @pytest.mark.integration
-def test_a_forged_record_passes_without_its_anchor_and_is_refused_with_it(whole, tmp_path, capsys):
+def test_replay_forged_record_is_rejected_only_with_anchor(whole, tmp_path, capsys):
+    """A record whose chain was written anew replays without its anchor and is rejected with it."""
     record, heads = tmp_path / "r.jsonl", tmp_path / "heads.txt"
     record.write_bytes(whole.read_bytes())
     assert main(["replay", str(record), "--save-heads", str(heads)]) == 0
@@ -101,9 +104,9 @@ def test_a_forged_record_passes_without_its_anchor_and_is_refused_with_it(whole,
 
 def test_saved_heads_are_never_written_over(whole, tmp_path, capsys):
     heads = tmp_path / "heads.txt"
-    heads.write_text("mine")
+    heads.write_text("mine", encoding="utf-8")
     assert main(["replay", str(whole), "--save-heads", str(heads)]) == 2
-    assert heads.read_text() == "mine"
+    assert heads.read_text(encoding="utf-8") == "mine"
     assert "File exists; name a new file" in capsys.readouterr().err
 
 
@@ -116,15 +119,16 @@ def test_saved_heads_are_never_written_over(whole, tmp_path, capsys):
         (f"{'0' * 64}  1  r.jsonl\n" * 2, "line 2: expected `HASH  LINE  PATH`, each record once"),
     ],
 )
-def test_a_file_that_has_no_heads_is_named_with_its_line(text, told, tmp_path, capsys):
-    (tmp_path / "heads.txt").write_text(text)
+def test_replay_malformed_anchor_file_is_rejected_with_line(text, told, tmp_path, capsys):
+    """A file without valid anchors is rejected with its name and, where it has one, the wrong line."""
+    (tmp_path / "heads.txt").write_text(text, encoding="utf-8")
     assert main(["replay", "--anchors", str(tmp_path / "heads.txt")]) == 2
     error = capsys.readouterr().err
     assert told in error and "heads.txt" in error
 
 
 def test_a_record_that_its_anchors_do_not_name_is_refused(whole, tmp_path, capsys):
-    (tmp_path / "heads.txt").write_text(f"{'0' * 64}  1  other.jsonl\n")
+    (tmp_path / "heads.txt").write_text(f"{'0' * 64}  1  other.jsonl\n", encoding="utf-8")
     assert main(["replay", str(whole), "--anchors", str(tmp_path / "heads.txt")]) == 2
     assert f"has no entry for {whole}" in capsys.readouterr().err
 
@@ -138,7 +142,8 @@ def test_nothing_to_replay_is_said_in_a_line(capsys):
 
 
 @pytest.mark.parametrize("content", [b"# A page\n\nText.\n", b"\x7fELF\x00\xff\n\x00", b'{"kind": "begin"}\n', b"x"])
-def test_a_file_that_is_no_record_is_told_so_in_one_line(content, tmp_path, capsys):
+def test_replay_other_file_is_rejected_in_one_line(content, tmp_path, capsys):
+    """A file that is not a record is rejected with a message of one line."""
     (tmp_path / "page.md").write_bytes(content)
     assert main(["replay", str(tmp_path / "page.md")]) == 2
     error = capsys.readouterr().err

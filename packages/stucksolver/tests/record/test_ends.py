@@ -36,7 +36,8 @@ def broken(tmp_path_factory):
 
 
 @pytest.mark.integration
-def test_a_run_that_ends_with_an_intervention_under_way_writes_its_end(tmp_path):
+def test_record_run_ends_in_intervention_is_complete(tmp_path):
+    """A run that ends during an intervention writes the end of its record."""
     with Recorder(tmp_path) as recorder:
         drive(in_front_of_a_parked_car(), UNDER_WAY_S, record=recorder)
     (file,) = recorder.files
@@ -47,7 +48,8 @@ def test_a_run_that_ends_with_an_intervention_under_way_writes_its_end(tmp_path)
 
 
 @pytest.mark.integration
-def test_a_run_that_dies_writes_no_end_but_all_that_went_before(broken):
+def test_record_run_dies_keeps_steps_without_end(broken):
+    """A run that dies leaves a record without an end, but with every step before."""
     assert last_line(broken)["kind"] == "step"
     report = replay(broken)
     assert report.matches and report.ended is None and report.ticks > 20
@@ -67,7 +69,7 @@ def test_a_script_gets_each_replay_as_json(broken, tmp_path, capsys):
     first, second = json.loads(capsys.readouterr().out)
     assert (first["file"], first["ended"], first["matches"]) == (str(broken), None, True)
     assert (second["file"], second["ended"], second["findings"]) == (str(file), last_line(file)["how"], [])
-    assert second["lines"] == len(file.read_text().splitlines()) and second["ticks"] > 0
+    assert second["lines"] == len(file.read_text(encoding="utf-8").splitlines()) and second["ticks"] > 0
     heads = tmp_path / "heads.txt"
     assert main(["replay", str(file), "--save-heads", str(heads), "--json"]) == 0
     [saved] = json.loads(capsys.readouterr().out)
@@ -77,7 +79,8 @@ def test_a_script_gets_each_replay_as_json(broken, tmp_path, capsys):
 
 
 @pytest.mark.integration
-def test_one_that_breaks_off_among_whole_ones_is_no_success_either(broken, tmp_path):
+def test_replay_truncated_among_complete_records_fails(broken, tmp_path):
+    """One truncated record among complete ones makes the exit code 1."""
     with Recorder(tmp_path) as recorder:
         drive(in_front_of_a_parked_car(), 30.0, record=recorder)
     assert main(["replay", *map(str, recorder.files)]) == 0
@@ -97,7 +100,9 @@ def test_the_end_of_a_run_without_interventions_leaves_no_file(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_what_could_not_be_written_at_the_very_end_is_known_afterwards(tmp_path, monkeypatch):
+def test_record_end_not_writable_is_kept_as_error(tmp_path, monkeypatch):
+    """If the last line cannot be written, the recorder has the error afterwards."""
+
     def full(self, how):
         raise RecordError("cannot write it: No space left on device; make room")
 
@@ -134,13 +139,15 @@ def drive_an_arm(recorder):
 
 
 @pytest.mark.integration
-def test_a_route_that_ends_under_way_writes_the_end_of_its_record(tmp_path):
+def test_record_route_ends_in_intervention_is_complete(tmp_path):
+    """A route that ends during an intervention writes the end of its record."""
     recorder = Recorder(tmp_path)
     drive_an_arm(recorder)
     (file,) = recorder.files
     assert replay(file).ended == RUN_ENDED
 
 
-def test_a_route_whose_record_could_not_be_written_is_not_told_as_driven():
+def test_route_record_not_writable_raises_record_error():
+    """A route whose record could not be written is not reported as driven."""
     with pytest.raises(RecordError, match="cannot write"):
         drive_an_arm(Recorder(Path("/dev/full/nowhere")))

@@ -79,7 +79,7 @@ def test_record_bytes_after_its_end_are_refused(what, read, whole, tmp_path):
     with pytest.raises(RecordError) as error:
         read(copy)
     last = len(whole.read_bytes().splitlines())
-    assert f"line {last + 1}: there is something after the record's last line" in one_line(error)
+    assert f"line {last + 1}: content after the record's last line" in one_line(error)
 
 
 @pytest.mark.integration
@@ -146,7 +146,8 @@ ANY_JSON = st.recursive(
 @pytest.mark.integration
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=150, deadline=None)
 @given(data=st.data())
-def test_record_any_field_of_any_line_replaced_raises_only_record_errors(data, whole, tmp_path):
+def test_record_any_value_replaced_raises_only_record_errors(data, whole, tmp_path):
+    """Replacing any value of any line raises at most a `RecordError` with a message of one line."""
     lines = [json.loads(line) for line in bodies(whole)]
     place = data.draw(st.integers(0, min(len(lines), 8) - 1))
     target, parent, key = lines[place], None, None

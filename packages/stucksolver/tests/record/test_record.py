@@ -71,13 +71,15 @@ def test_a_recovery_leaves_one_file_that_matches(one):
 
 
 @pytest.mark.integration
-def test_words_on_signs_are_kept_in_the_record_and_change_nothing(tmp_path):
+def test_record_sign_words_are_kept_and_replay_matches(tmp_path):
+    """Words on signs are stored in the record and change nothing in the replay."""
+
     class Signed(World):
-        def scene(self, seen=None):
-            return super().scene(seen).model_copy(update={"signs": (CLOSED,)})
+        def scene(self, surroundings=None):
+            return super().scene(surroundings).model_copy(update={"signs": (CLOSED,)})
 
     _, (file,) = recorded(tmp_path, Signed(TWO_WAY, [thing("lead", 75.0)], x=66.0))
-    assert CLOSED.model_dump_json() in file.read_text()
+    assert CLOSED.model_dump_json() in file.read_text(encoding="utf-8")
     assert replay(file).matches
 
 
@@ -123,7 +125,8 @@ def test_with_other_numbers_the_verdicts_come_out_otherwise(one, tmp_path):
 
 
 @pytest.mark.parametrize("part", ["clearance", "waits"])
-def test_a_policy_that_is_not_whole_is_refused_and_never_filled_with_defaults(part, one, tmp_path):
+def test_replay_incomplete_policy_is_rejected(part, one, tmp_path):
+    """An incomplete guard policy is rejected and never completed with defaults."""
     with pytest.raises(RecordError, match=rf"intervention-0001.jsonl: the guard's policy is .*{part}"):
         replay(rewritten(one, tmp_path, lambda policy: policy[part].popitem()))
 
@@ -224,8 +227,11 @@ def test_words_that_take_a_plan_back_are_derived_again(tmp_path):
 
 
 @pytest.mark.integration
-def test_a_verdict_that_comes_out_otherwise_is_named_with_its_line(one, tmp_path):
-    """As if a forger had made the whole chain anew."""
+def test_replay_different_verdict_is_reported_with_line(one, tmp_path):
+    """A verdict that the replay does not reproduce is reported with its line.
+
+    The whole hash chain is written anew, as a forger would do.
+    """
     forged = tmp_path / "forged.jsonl"
     writer = ChainWriter(forged)
     for _, data in read_chain(one):
@@ -264,7 +270,8 @@ def test_a_line_taken_out_is_found(one, number, tmp_path):
 
 @pytest.mark.integration
 @pytest.mark.parametrize("share", [0.3, 0.6, 0.95])
-def test_a_record_that_breaks_off_is_good_up_to_its_last_line(one, share, tmp_path):
+def test_replay_truncated_record_matches_to_last_line(one, share, tmp_path):
+    """A truncated record is valid up to its last whole line."""
     content = one.read_bytes()
     (tmp_path / "broken.jsonl").write_bytes(content[: int(len(content) * share)])
     report = replay(tmp_path / "broken.jsonl")
@@ -273,11 +280,12 @@ def test_a_record_that_breaks_off_is_good_up_to_its_last_line(one, share, tmp_pa
 
 
 @pytest.mark.integration
-def test_the_image_lies_beside_it_and_is_proven_by_its_digest(tmp_path):
+def test_record_image_file_is_verified_by_digest(tmp_path):
+    """The image is a file beside the record; replay rejects a changed or missing image."""
     world = World(TWO_WAY, [thing("lead", 75.0)], x=66.0)
     scene, picture = world.scene, os.urandom(4000)
     image = CameraImage(width=320, height=180, jpeg=base64.b64encode(picture))
-    world.scene = lambda seen=None: scene(seen).model_copy(update={"image": image})
+    world.scene = lambda surroundings=None: scene(surroundings).model_copy(update={"image": image})
     _, (file,) = recorded(tmp_path, world, 20.0)
     (stored,) = (tmp_path / "images").iterdir()
     assert stored.read_bytes() == picture
@@ -308,7 +316,8 @@ def test_surroundings_come_back_to_the_last_bit():
         world.drive(None)
 
 
-def test_the_road_is_written_once_and_a_tick_in_a_few_hundred_bytes(one):
+def test_record_writes_road_once_and_short_ticks(one):
+    """The road is written once, and the median tick takes less than 500 bytes."""
     kinds = [line["kind"] for line in lines(one)]
     assert kinds.count("road") == 1
     ticks = [len(raw) for raw in one.read_bytes().splitlines() if b'"told":[{"tick":' in raw]
@@ -359,7 +368,8 @@ print([e.kind.value for e in seen.events if e.kind.value in ("fault", "recovered
 
 
 @pytest.mark.integration
-def test_the_command_says_whether_it_matches_and_names_a_changed_line(one, tmp_path, capsys):
+def test_replay_command_reports_match_or_changed_line(one, tmp_path, capsys):
+    """The command reports that everything matches, or names the changed line."""
     assert main(["replay", str(one)]) == 0
     assert "everything matches" in capsys.readouterr().out
     changed = tmp_path / "changed.jsonl"
@@ -389,7 +399,8 @@ def test_a_picture_of_two_records_is_refused(one, tmp_path, capsys):
 
 
 @pytest.mark.parametrize("at", ["9999", "-3", "nan", "inf"])
-def test_a_moment_that_was_not_recorded_is_refused_with_those_that_were(one, tmp_path, capsys, at):
+def test_replay_picture_time_not_recorded_is_rejected(one, tmp_path, capsys, at):
+    """A time that was not recorded is rejected in one line that lists the recorded times."""
     pytest.importorskip("matplotlib")
     assert main(["replay", str(one), "--picture", str(tmp_path / "no.png"), f"--at={at}"]) == 2
     error = capsys.readouterr().err

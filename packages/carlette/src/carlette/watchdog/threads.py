@@ -72,7 +72,7 @@ def waits_for_itself(port: int) -> bool | None:
 def _waits(process: Path, call: str) -> Iterator[tuple[str, int]]:
     """Yield the threads that wait on a word of memory, and its address."""
     for thread in (process / "task").iterdir():
-        fields = (thread / "syscall").read_text().split()
+        fields = (thread / "syscall").read_text(encoding="utf-8").split()
         if fields[0] == call:
             yield thread.name, int(fields[1], 16)
 
@@ -80,7 +80,7 @@ def _waits(process: Path, call: str) -> Iterator[tuple[str, int]]:
 def _states(process: Path) -> Iterator[str]:
     for thread in (process / "task").iterdir():
         # The name in front, in brackets, may contain anything.
-        yield (thread / "stat").read_text(errors="replace").rpartition(")")[2].split()[0]
+        yield (thread / "stat").read_text(errors="replace", encoding="utf-8").rpartition(")")[2].split()[0]
 
 
 def _listener(port: int) -> Path | None:
@@ -95,7 +95,7 @@ def _listener(port: int) -> Path | None:
 def _inodes(port: int) -> Iterator[str]:
     for table in ("tcp", "tcp6"):
         try:
-            lines = (PROC / "net" / table).read_text().splitlines()[1:]
+            lines = (PROC / "net" / table).read_text(encoding="utf-8").splitlines()[1:]
         except OSError:
             # The system has no such table, for example without IPv6.
             continue

@@ -57,8 +57,6 @@ Records = NDArray[np.void]
 
 MAP_CHANGE = 1
 """Flag: the map has changed."""
-LIGHT_UPDATE = 2
-"""Flag: a light has changed."""
 
 _SENSOR_HEADER = struct.Struct("<QQd6f")
 _WORLD_HEADER = struct.Struct("<Qdf3iI")

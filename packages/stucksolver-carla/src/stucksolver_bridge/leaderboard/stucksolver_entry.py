@@ -1,12 +1,13 @@
-"""BehaviorAgent with StuckSolver for `leaderboard_evaluator.py --agent THIS_FILE --agent-config CONFIG.json`.
+"""Drives BehaviorAgent with StuckSolver in `leaderboard_evaluator.py --agent THIS_FILE --agent-config CONFIG.json`.
 
-Our own planner drives in place of BehaviorAgent if the configuration sets `driver` to `planner`.
+The built-in planner drives in place of BehaviorAgent if the configuration sets `driver` to `planner`.
 
-It runs in the evaluator's Python (3.8 with CARLA 0.9.15, or later); the solver runs in a separate process. CARLA's
-`agents` package, the leaderboard and scenario_runner must be on the path; the evaluator itself requires that too.
+This module runs in the evaluator's Python (3.8 with CARLA 0.9.15, or later); the solver runs in a separate process.
+CARLA's `agents` package, the leaderboard and scenario_runner must be on the path; the evaluator itself requires that
+too.
 
-Perception is `privileged` unless the configuration says `sensors`: BehaviorAgent reads the world's actors. With
-`sensors`, the evaluator's sensor data go to the solver's process, where our planner uses them to drive.
+Perception is `privileged` by default: BehaviorAgent reads the world's actors. If the configuration sets `perception` to
+`sensors`, the evaluator's sensor data go to the solver's process, where the built-in planner uses them to drive.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ from stucksolver_bridge.timer_baseline import TimerBaseline  # noqa: E402
 CAMERA = {"x": 0.8, "y": 0.0, "z": 1.6, "roll": 0.0, "pitch": 0.0, "yaw": 0.0, "width": 1600, "height": 900, "fov": 70}
 REAR = {"x": -2.0, "y": 0.0, "z": 1.6, "roll": 0.0, "pitch": 0.0, "yaw": 180.0, "width": 800, "height": 450, "fov": 70}
 LIDAR = {"x": 0.0, "y": 0.0, "z": 2.5, "roll": 0.0, "pitch": 0.0, "yaw": -90.0}
-AT_CENTRE = {"x": 0.0, "y": 0.0, "z": 0.0, "roll": 0.0, "pitch": 0.0, "yaw": 0.0}
+AT_CENTER = {"x": 0.0, "y": 0.0, "z": 0.0, "roll": 0.0, "pitch": 0.0, "yaw": 0.0}
 
 
 def get_entry_point() -> str:
@@ -57,26 +58,26 @@ class StuckSolverAgent(AutonomousAgent):  # type: ignore[misc]
         self._metrics: dict[str, Any] = {}
         self._driver: Any = None
         self._recovery: RecoveryClient | TimerBaseline | None = None
-        self._sensed: SensorClient | None = None
-        self._speaker: GuidancePlayer | None = None
+        self._sensor_client: SensorClient | None = None
+        self._guidance: GuidancePlayer | None = None
         self._tick = 0
         self._place_m = 0.0
-        self._hear(dict(self._config._asdict()))
+        self._write_event(dict(self._config._asdict()))
         # Bench2Drive sets the plan before this call, the leaderboard after it.
         if getattr(self, "_dense_plan", None) is not None:
-            self._begin(self._config)
+            self._start(self._config)
 
     def set_global_plan(self, global_plan_gps: Any, global_plan_world_coord: Any) -> None:
-        """Keep the dense route as well as the sparse one that the base class makes from it."""
+        """Store the dense route in addition to the sparse one that the base class makes from it."""
         super().set_global_plan(global_plan_gps, global_plan_world_coord)
         self._dense_plan = global_plan_world_coord
-        if getattr(self, "_config", None) is not None and self._driver is None and self._sensed is None:
-            self._begin(self._config)
+        if getattr(self, "_config", None) is not None and self._driver is None and self._sensor_client is None:
+            self._start(self._config)
 
     def sensors(self) -> list[dict[str, Any]]:
         """Return front camera, LiDAR, IMU, GNSS and speedometer, as in Bao and Li 2025 (arXiv:2510.26023).
 
-        Besides, there is a camera to the rear, which sees whether an emergency vehicle comes from behind.
+        A rear camera is added, to detect emergency vehicles that approach from behind.
         """
         if not self._config.sensors:
             return [{"type": "sensor.speedometer", "reading_frequency": 20, "id": "SPEED"}]
@@ -84,16 +85,16 @@ class StuckSolverAgent(AutonomousAgent):  # type: ignore[misc]
             {"type": "sensor.camera.rgb", "id": "CAM_FRONT", **CAMERA},
             {"type": "sensor.camera.rgb", "id": "CAM_BACK", **REAR},
             {"type": "sensor.lidar.ray_cast", "id": "LIDAR", **LIDAR},
-            {"type": "sensor.other.imu", "sensor_tick": 0.05, "id": "IMU", **AT_CENTRE},
-            {"type": "sensor.other.gnss", "sensor_tick": 0.01, "id": "GPS", **AT_CENTRE},
+            {"type": "sensor.other.imu", "sensor_tick": 0.05, "id": "IMU", **AT_CENTER},
+            {"type": "sensor.other.gnss", "sensor_tick": 0.01, "id": "GPS", **AT_CENTER},
             {"type": "sensor.speedometer", "reading_frequency": 20, "id": "SPEED"},
         ]
 
     def run_step(self, input_data: Any, timestamp: float) -> Any:
         """Return this tick's `carla.VehicleControl`."""
-        self._speak(timestamp)
-        if self._sensed is not None:
-            control = self._sensed.run_step(input_data)
+        self._send_utterances(timestamp)
+        if self._sensor_client is not None:
+            control = self._sensor_client.run_step(input_data)
         else:
             control = self._driver.run_step() if self._recovery is None else self._recovery.run_step()
         self._metrics[str(self._tick)] = self.get_metric_info()
@@ -101,36 +102,36 @@ class StuckSolverAgent(AutonomousAgent):  # type: ignore[misc]
         return control
 
     def destroy(self) -> None:
-        """End the solver, and write the file that Bench2Drive's tools read."""
+        """End the solver's process, and write the file that Bench2Drive's tools read."""
         recovery = getattr(self, "_sensed", None) or getattr(self, "_recovery", None)
-        self._recovery = self._sensed = None
+        self._recovery = self._sensor_client = None
         if recovery is not None:
             if recovery.fault is not None:
-                self._hear({"kind": "solver_gone", "text": recovery.fault})
+                self._write_event({"kind": "solver_gone", "text": recovery.fault})
             recovery.close()
         if getattr(self, "_metrics", None):
-            self._write()
+            self._write_metrics()
             self._metrics = {}
 
     # ---- parts
 
-    def _begin(self, config: Config) -> None:
+    def _start(self, config: Config) -> None:
         hero, carla_map = self.hero_actor, CarlaDataProvider.get_map()
         if config.perception == SENSORS:
-            self._begin_sensed(config, hero, carla_map)
+            self._start_sensor_mode(config, hero, carla_map)
             return
         if config.driver == PLANNER:
             self._driver = InProcessPlanner(hero, config.behavior, carla_map)
         else:
             agent = make_agent(BehaviorAgent, hero, config.behavior, carla_map)
-            # The evaluator ends the route, not the agent.
+            # The agent must not stop at the end of its plan, because the evaluator ends the route.
             self._driver = AgentDriver(agent, carla, config.obstacles, keeps_going=True)
         plan = [(carla_map.get_waypoint(transform.location), option) for transform, option in self._dense_plan]
         self._driver.set_plan(plan)
         if config.recovery == NONE:
             return
         if config.recovery == TIMERS:
-            self._recovery = TimerBaseline(self._driver, self._hear)
+            self._recovery = TimerBaseline(self._driver, self._write_event)
             return
         self._recovery = RecoveryClient(
             self._driver,
@@ -139,16 +140,16 @@ class StuckSolverAgent(AutonomousAgent):  # type: ignore[misc]
             self._settings(config),
             config.python,
             config.path or None,
-            self._hear,
+            self._write_event,
             answer_limit_s=config.answer_limit_s,
         )
-        self._begin_speaking(config)
+        self._start_guidance(config)
 
-    def _begin_sensed(self, config: Config, hero: Any, carla_map: Any) -> None:
+    def _start_sensor_mode(self, config: Config, hero: Any, carla_map: Any) -> None:
         settings = {**self._settings(config), "driver": config.driver, "behavior": config.behavior}
         if config.rig:
             settings["rig"] = os.path.abspath(config.rig)
-        self._sensed = SensorClient(
+        self._sensor_client = SensorClient(
             hero,
             carla_map,
             carla,
@@ -157,44 +158,44 @@ class StuckSolverAgent(AutonomousAgent):  # type: ignore[misc]
             [(carla_map.get_waypoint(transform.location), option) for transform, option in self._dense_plan],
             config.python,
             config.path or None,
-            self._hear,
+            self._write_event,
             answer_limit_s=config.answer_limit_s,
         )
-        self._begin_speaking(config)
+        self._start_guidance(config)
 
     def _settings(self, config: Config) -> dict[str, Any]:
-        """Return the settings of the solver's process."""
+        """Return the settings for the solver's process."""
         settings = {"recovery": config.recovery, "reasoner": config.reasoner, "clock": config.clock}
         settings["ladder"] = config.ladder
         if config.record:
             settings["record"] = os.path.join(config.record, self._name)
         return settings
 
-    def _begin_speaking(self, config: Config) -> None:
+    def _start_guidance(self, config: Config) -> None:
         if config.guidance:
-            # RouteScenario_2101_rep0_Town10HD_...: the second word is the route's id.
-            self._speaker = GuidancePlayer(config.guidance, self._name.split("_")[1])
+            # The name is RouteScenario_2101_rep0_Town10HD_...: its second part is the route's id.
+            self._guidance = GuidancePlayer(config.guidance, self._name.split("_")[1])
 
-    def _speak(self, time_s: float) -> None:
-        listener = self._sensed or self._recovery
-        if self._speaker is None or listener is None:
+    def _send_utterances(self, time_s: float) -> None:
+        listener = self._sensor_client or self._recovery
+        if self._guidance is None or listener is None:
             return
         velocity = self.hero_actor.get_velocity()
         speed = (velocity.x**2 + velocity.y**2) ** 0.5
         self._place_m += 0.05 * speed
-        for words in self._speaker.due(time_s, self._place_m, speed):
-            self._hear({"kind": "passenger", "text": words, "time_s": time_s})
-            listener.say(words)
+        for utterance in self._guidance.due(time_s, self._place_m, speed):
+            self._write_event({"kind": "passenger", "text": utterance, "time_s": time_s})
+            listener.say(utterance)
 
-    def _hear(self, event: dict[str, Any]) -> None:
-        """Write an event at once, so that an interrupted run keeps its events so far."""
+    def _write_event(self, event: dict[str, Any]) -> None:
+        """Append an event to the file at once, so that an interrupted run keeps its events."""
         if not self._config.events:
             return
         os.makedirs(self._config.events, exist_ok=True)
         with open(os.path.join(self._config.events, self._name + ".jsonl"), "a", encoding="utf-8") as file:
             file.write(json.dumps(event) + "\n")
 
-    def _write(self) -> None:
+    def _write_metrics(self) -> None:
         metrics = self._config.metrics or os.environ.get("SAVE_PATH", "")
         if metrics:
             folder = os.path.join(metrics, self._name)

@@ -1,4 +1,4 @@
-"""Checks of `stucksolver doctor` on CARLA's client, its agents and a running server."""
+"""Checks CARLA's client, its agents and a running server for `stucksolver doctor`."""
 
 from __future__ import annotations
 
@@ -11,42 +11,42 @@ from pathlib import Path
 from stucksolver.commands.doctor import Check, Finding, package
 
 CARLA_PORT = 2000
-
-
-SERVER_ANSWERS_S = 3.0
+"""CARLA's default port."""
+ANSWER_LIMIT_S = 3.0
+"""Time limit for the server's version (s). Ours."""
 
 
 def _agents() -> Iterator[Finding]:
-    told = os.environ.get("CARLA_AGENTS", "")
-    found = importlib.util.find_spec("agents") is not None or (told and Path(told, "agents").is_dir())
+    folder = os.environ.get("CARLA_AGENTS", "")
+    is_found = importlib.util.find_spec("agents") is not None or (folder and Path(folder, "agents").is_dir())
     remedy = "set CARLA_AGENTS to PythonAPI/carla of a CARLA installation; only `attach` and Bench2Drive need it"
-    yield Finding("CARLA's agents", "ok" if found else "absent", told or "the package `agents`", remedy)
+    yield Finding("CARLA's agents", "ok" if is_found else "absent", folder or "the package `agents`", remedy)
 
 
 def _server() -> Iterator[Finding]:
-    """Look for a server for `--host`. Whatever listens is queried, because it may be another program."""
-    name, where = "CARLA server", f"127.0.0.1:{CARLA_PORT}"
-    if not _listens(CARLA_PORT):
-        remedy = "only `--host` needs one; the commands start carlette by themselves"
-        yield Finding(name, "absent", f"nothing listens on {where}", remedy)
+    """Find a server for `--host`. A listening program is queried, because it may not be CARLA."""
+    name, address = "CARLA server", f"127.0.0.1:{CARLA_PORT}"
+    if not _is_listening(CARLA_PORT):
+        remedy = "only `--host` requires one; the commands start carlette by themselves"
+        yield Finding(name, "absent", f"no program listens on {address}", remedy)
         return
     if importlib.util.find_spec("carla") is None:
         yield Finding(
-            name, "ok", f"something listens on {where}; it was not queried, since the carla package is missing"
+            name, "ok", f"a program listens on {address}; it was not queried, because the carla package is missing"
         )
         return
     import carla
 
     client = carla.Client("127.0.0.1", CARLA_PORT)
-    client.set_timeout(SERVER_ANSWERS_S)
+    client.set_timeout(ANSWER_LIMIT_S)
     try:
-        yield Finding(name, "ok", f"version {client.get_server_version()} answers on {where}")
+        yield Finding(name, "ok", f"version {client.get_server_version()} answers on {address}")
     except RuntimeError:
-        remedy = "start CARLA on another port and name it by --port, or stop that program"
-        yield Finding(name, "broken", f"the program that listens on {where} does not answer like CARLA", remedy)
+        remedy = "start CARLA on another port and set --port, or stop that program"
+        yield Finding(name, "broken", f"the program that listens on {address} does not answer like CARLA", remedy)
 
 
-def _listens(port: int) -> bool:
+def _is_listening(port: int) -> bool:
     with socket.socket() as probe:
         probe.settimeout(0.5)
         return probe.connect_ex(("127.0.0.1", port)) == 0

@@ -1,4 +1,4 @@
-"""`stucksolver watch`: observes a car that another program drives."""
+"""Implements `stucksolver watch`, which observes a vehicle that another program drives."""
 
 from __future__ import annotations
 
@@ -13,23 +13,27 @@ from stucksolver.commands.errors import UsageError
 from stucksolver.commands.ladder import chosen_ladder
 from stucksolver.record import RecordError
 
-SHOW_EVERY_S = 0.5
+UPDATE_PERIOD_S = 0.5
+"""Minimum time between two updates of the progress line (s). Ours."""
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
     parser.add_argument("--host", default="127.0.0.1", help="address of the server")
     parser.add_argument("--port", type=port, default=2000, help="port of the server")
-    parser.add_argument("--role", default="hero", help="role name of the car")
+    parser.add_argument("--role", default="hero", help="role name of the vehicle")
     add_perception(parser)
-    parser.add_argument("--out", type=Path, help="folder for the records; without it nothing is written")
+    parser.add_argument("--out", type=Path, help="folder for the records (default: no records)")
     parser.add_argument("--ladder", default="default", help="ladder: a profile or a file")
     parser.add_argument("--seconds", type=above_zero, help="end after this much wall time (default: until Ctrl-C)")
-    add_json(parser, '{"interventions": number of times stuck, "records": [paths]}')
+    add_json(parser, '{"interventions": number of solver interventions, "records": [paths]}')
 
 
 def run(options: argparse.Namespace) -> int:
-    """Observe until the time is up or Ctrl-C. Returns 0. Raises `UsageError`, also if a record cannot be completed."""
+    """Observe until the time is up or Ctrl-C, and return 0.
+
+    Raises `UsageError`, also if a record cannot be completed.
+    """
     from stucksolver.atomic_files import OutputError, require_writable
     from stucksolver_carla.client_connection import ServerError, connect, remote_server
     from stucksolver_carla.observer import VehicleNotFoundError, VehicleObserver
@@ -40,51 +44,51 @@ def run(options: argparse.Namespace) -> int:
             require_writable(options.out)
         client = connect(remote_server(options.host, options.port), 10.0)
         sensors = options.perception != PERCEPTIONS[0]
-        watching = VehicleObserver(client.get_world(), options.role, ladder, options.out, lambda event: None, sensors)
+        observer = VehicleObserver(client.get_world(), options.role, ladder, options.out, lambda event: None, sensors)
     except (ServerError, VehicleNotFoundError, OutputError) as error:
         raise UsageError(str(error)) from error
-    line, until = _Line(), None if options.seconds is None else time.monotonic() + options.seconds
+    line, until = _ProgressLine(), None if options.seconds is None else time.monotonic() + options.seconds
     try:
         with contextlib.suppress(KeyboardInterrupt):
             while until is None or time.monotonic() < until:
-                status = watching.look()
-                line.show(f"{status.time_s:8.1f} s  {status.speed_mps:5.1f} m/s  ", watching.state)
+                status = observer.step()
+                line.show(f"{status.time_s:8.1f} s  {status.speed_mps:5.1f} m/s  ", observer.state)
     except BaseException as error:
         line.end()
-        watching.break_off()
+        observer.abort()
         if isinstance(error, VehicleNotFoundError):
             raise UsageError(str(error)) from error
         raise
     line.end()
     try:
-        watching.close()
+        observer.close()
     except RecordError as error:
         raise UsageError(str(error)) from error
     if options.json:
-        print_json({"interventions": watching.interventions, "records": list(watching.files)})
+        print_json({"interventions": observer.interventions, "records": list(observer.files)})
         return 0
-    print(f"{watching.interventions} times stuck", *(f"record: {path}" for path in watching.files), sep="\n")
+    print(f"{observer.interventions} interventions", *(f"record: {path}" for path in observer.files), sep="\n")
     return 0
 
 
-class _Line:
-    """The progress line: updated in place on a terminal; elsewhere, a new line whenever the state changes."""
+class _ProgressLine:
+    """The progress line: updated in place on a terminal; in other outputs a new line for each change of the state."""
 
     def __init__(self) -> None:
         self._shown_s = 0.0
         self._state = ""
         self._width = 0
 
-    def show(self, figures: str, state: str) -> None:
+    def show(self, values: str, state: str) -> None:
         if not sys.stderr.isatty():
             if state != self._state:
                 self._state = state
-                print(figures + state, file=sys.stderr, flush=True)
+                print(values + state, file=sys.stderr, flush=True)
             return
-        if time.monotonic() - self._shown_s < SHOW_EVERY_S:
+        if time.monotonic() - self._shown_s < UPDATE_PERIOD_S:
             return
         self._shown_s = time.monotonic()
-        text = (figures + state)[:118]
+        text = (values + state)[:118]
         print("\r" + text.ljust(self._width), end="", file=sys.stderr, flush=True)
         self._width = len(text)
 

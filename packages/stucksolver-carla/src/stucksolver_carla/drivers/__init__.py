@@ -1,1 +1,1 @@
-"""The two base drivers."""
+"""Contains the two built-in drivers."""

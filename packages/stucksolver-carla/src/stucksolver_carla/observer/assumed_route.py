@@ -1,4 +1,4 @@
-"""The route that an observer assumes: along the car's lane, straight on where the road divides."""
+"""Assumes a route for an observed vehicle: along its lane, straight on at forks."""
 
 from __future__ import annotations
 
@@ -13,32 +13,34 @@ if TYPE_CHECKING:
     import carla
 
 STEP_M = 1.0
+"""Distance between two points of the route (m), as in other routes."""
 LENGTH_M = 400
+"""Length of the assumed route (m). Ours."""
 
 
 class AssumedRoute:
-    """The assumed route of a car that someone else drives."""
+    """The assumed route of an observed vehicle."""
 
     def __init__(self, vehicle: EgoVehicle, carla_map: carla.Map) -> None:
         self._vehicle = vehicle
         self._map = carla_map
         self.route: Sequence[RoutePoint] = ()
-        self.look()
+        self.update()
 
-    def look(self) -> None:
-        """Assume a new route from the car's position."""
+    def update(self) -> None:
+        """Assume a new route from the vehicle's position."""
         waypoint = self._map.get_waypoint(self._vehicle.get_location())
-        found = [RoutePoint(waypoint, "lane_follow")]
+        points = [RoutePoint(waypoint, "lane_follow")]
         for _ in range(LENGTH_M):
-            onwards = waypoint.next(STEP_M)
-            if not onwards:
+            next_waypoints = waypoint.next(STEP_M)
+            if not next_waypoints:
                 break
-            turns = [_turn(waypoint, other) for other in onwards]
-            waypoint = onwards[turns.index(min(turns))]
-            found.append(RoutePoint(waypoint, "lane_follow"))
-        self.route = found
+            turns_deg = [_turn_deg(waypoint, other) for other in next_waypoints]
+            waypoint = next_waypoints[turns_deg.index(min(turns_deg))]
+            points.append(RoutePoint(waypoint, "lane_follow"))
+        self.route = points
 
 
-def _turn(here: carla.Waypoint, other: carla.Waypoint) -> float:
-    """How far a waypoint turns away from another, degrees."""
+def _turn_deg(here: carla.Waypoint, other: carla.Waypoint) -> float:
+    """Return the angle between the directions of two waypoints (degrees)."""
     return abs(math.remainder(other.transform.rotation.yaw - here.transform.rotation.yaw, 360.0))

@@ -1,6 +1,6 @@
-"""Watches a running car: detects, reasons, checks, records. It never acts, ticks, or changes a setting.
+"""Observes a running vehicle: detects, reasons, checks and records. It never acts, ticks, or changes a setting.
 
-With `sensors` it attaches passive sensors to the car and perceives the world by these.
+With sensor-based perception, it attaches passive sensors to the vehicle.
 """
 
 from __future__ import annotations
@@ -20,35 +20,35 @@ if TYPE_CHECKING:
     import carla
 
 TICK_LIMIT_S = 10.0
-"""A world without a tick for this long counts as stopped (s)."""
-LOOKING_TICKS = 20
-"""Ticks of sensor data before the first look, so that the pose is good."""
+"""Time without a tick after which the world counts as stopped (s). Ours."""
+WARM_UP_TICKS = 20
+"""Number of ticks of sensor data before the first step, so that the pose is accurate. Ours."""
 
 
 class VehicleNotFoundError(RuntimeError):
-    """The observed car is missing. The message says what is there."""
+    """The observed vehicle does not exist, or cannot be observed. The message gives the reason."""
 
 
-def find_car(world: carla.World, role: str) -> Any:
+def find_vehicle(world: carla.World, role: str) -> Any:
     """Return the vehicle with a role name.
 
     Raises:
-        NoSuchCar: There is none.
+        VehicleNotFoundError: No vehicle has this role.
     """
-    cars = list(world.get_actors().filter("vehicle.*"))
-    found = [car for car in cars if car.attributes.get("role_name") == role]
-    if not found:
-        roles = sorted({car.attributes.get("role_name", "") for car in cars} - {""})
-        there = f"there are: {', '.join(roles)}" if roles else "there are no vehicles"
-        raise VehicleNotFoundError(f"no vehicle has the role {role!r}; {there}: see --role")
-    return found[0]
+    vehicles = list(world.get_actors().filter("vehicle.*"))
+    matches = [vehicle for vehicle in vehicles if vehicle.attributes.get("role_name") == role]
+    if not matches:
+        roles = sorted({vehicle.attributes.get("role_name", "") for vehicle in vehicles} - {""})
+        available = f"roles: {', '.join(roles)}" if roles else "there are no vehicles with a role"
+        raise VehicleNotFoundError(f"no vehicle has the role {role!r}; {available}; see --role")
+    return matches[0]
 
 
 class VehicleObserver:
-    """One car under observation. Call `look` repeatedly; it waits for the next tick of another client.
+    """One vehicle under observation. Call `step` repeatedly; it waits for the next tick of another client.
 
     Raises:
-        NoSuchCar: The car is not there.
+        VehicleNotFoundError: The vehicle does not exist.
     """
 
     def __init__(
@@ -57,51 +57,51 @@ class VehicleObserver:
         role: str,
         ladder: Ladder,
         out: Path | None,
-        heard: Callable[[Event], None],
+        on_event: Callable[[Event], None],
         sensors: bool = False,
     ) -> None:
         self._world = world
-        # A new client knows of nobody before the next tick.
+        # A new client has no actors before the next tick.
         self._await_tick()
-        self._car = find_car(world, role)
-        self._eyes = self._open_eyes() if sensors else None
-        self._stack = ObservedStack(self._car if self._eyes is None else self._eyes.vehicle)
+        self._vehicle = find_vehicle(world, role)
+        self._ego_perception = self._open_perception() if sensors else None
+        self._stack = ObservedStack(self._vehicle if self._ego_perception is None else self._ego_perception.vehicle)
         self._recorder = None if out is None else Recorder(out)
-        self._heard = heard
+        self._on_event = on_event
         self.solver = StuckSolver(
             self._stack.scene,
             ladder=ladder,
             clock="wall",
-            on_event=self._hear,
+            on_event=self._handle_event,
             record=self._recorder,
             observe_only=True,
         )
         self.state = "driving"
         self.interventions = 0
-        self._decided: str | None = None
+        self._decision_text: str | None = None
 
-    def look(self) -> Status:
+    def step(self) -> Status:
         """Observe one tick.
 
         Raises:
-            NoSuchCar: The car is gone, or the world has stopped.
+            VehicleNotFoundError: The vehicle no longer exists, or the world has stopped.
         """
         self._await_tick()
-        if not self._car.is_alive:
-            raise VehicleNotFoundError("the observed car is gone")
-        if self._eyes is not None:
-            self._eyes.tick()
+        if not self._vehicle.is_alive:
+            raise VehicleNotFoundError("the observed vehicle no longer exists")
+        if self._ego_perception is not None:
+            self._ego_perception.tick()
         status = self._stack.status()
         self.solver.step(status, self._stack.surroundings)
         if status.speed_mps > self._moving_mps:
             self.state = "driving"
-        elif self._decided is not None:
-            self.state = self._decided
+        elif self._decision_text is not None:
+            self.state = self._decision_text
         return status
 
     @property
     def files(self) -> list[Path]:
-        """The records begun so far."""
+        """Files of all records that were started."""
         return [] if self._recorder is None else self._recorder.files
 
     def close(self) -> None:
@@ -111,41 +111,41 @@ class VehicleObserver:
             RecordError: A record could not be written.
         """
         self.solver.close()
-        self._shut_eyes()
+        self._close_perception()
         if self._recorder is not None:
             self._recorder.close()
             if self._recorder.error is not None:
                 raise self._recorder.error
 
-    def break_off(self) -> None:
+    def abort(self) -> None:
         """End a failed observation: the record of an open intervention stays incomplete."""
         self.solver.close()
-        self._shut_eyes()
+        self._close_perception()
         if self._recorder is not None:
             self._recorder.break_off()
 
-    def _open_eyes(self) -> EgoPerception:
-        """Wait until there is a pose.
+    def _open_perception(self) -> EgoPerception:
+        """Attach the sensors and wait until the pose is accurate.
 
         Raises:
-            NoSuchCar: The sensors give no data.
+            VehicleNotFoundError: The sensors give no data.
         """
         try:
-            eyes = sensor_perception().open(self._car, self._world.get_map(), paced=False)
+            ego_perception = sensor_perception().open(self._vehicle, self._world.get_map(), paced=False)
         except SensorError as error:
             raise VehicleNotFoundError(str(error)) from error
         try:
-            for _ in range(LOOKING_TICKS):
+            for _ in range(WARM_UP_TICKS):
                 self._await_tick()
-                eyes.tick()
+                ego_perception.tick()
         except SensorError as error:
-            eyes.close()
+            ego_perception.close()
             raise VehicleNotFoundError(str(error)) from error
-        return eyes
+        return ego_perception
 
-    def _shut_eyes(self) -> None:
-        if self._eyes is not None:
-            self._eyes.close()
+    def _close_perception(self) -> None:
+        if self._ego_perception is not None:
+            self._ego_perception.close()
 
     def _await_tick(self) -> None:
         try:
@@ -159,20 +159,20 @@ class VehicleObserver:
     def _moving_mps(self) -> float:
         return self.solver.detector_settings.v_min_mps
 
-    def _hear(self, event: Event) -> None:
+    def _handle_event(self, event: Event) -> None:
         if event.intervention is not None:
             self.interventions = max(self.interventions, event.intervention)
         if event.kind is EventKind.DECIDED and event.decision is not None:
-            self._decided = _in_words(event)
+            self._decision_text = _state_text(event)
         elif event.kind is EventKind.CLOSED or event.kind is EventKind.CANCELLED:
-            self._decided = None
-        self._heard(event)
+            self._decision_text = None
+        self._on_event(event)
 
 
-def _in_words(event: Event) -> str:
-    """Return a decision with its verdict in one line."""
+def _state_text(event: Event) -> str:
+    """Return a decision with its verdict as the text of the progress line."""
     if event.waiting:
-        return f"waits: {event.text}"
+        return f"legitimate wait: {event.text}"
     if event.verdict is None:
         return f"stuck; no plan: {event.text}"
-    return f"stuck; would {event.text}: {event.verdict}"
+    return f"stuck; plan: {event.text}; guard: {event.verdict}"

@@ -1,4 +1,4 @@
-"""`python -m stucksolver_carla.sidecar --fd N`: started by `stucksolver_bridge`, which holds the other end."""
+"""Runs `python -m stucksolver_carla.sidecar --fd N`. `stucksolver_bridge` starts it and has the other end."""
 
 from __future__ import annotations
 
@@ -13,15 +13,16 @@ from stucksolver_carla.sidecar.session import SidecarSession
 
 
 def main() -> int:
-    """Serve one stack; return 0 if it said goodbye and its record, if any, is complete."""
-    parser = argparse.ArgumentParser(prog="stucksolver_carla.sidecar", description="The solver beside a stack.")
+    """Serve one stack; return 0 if it sent `bye` and its record, if any, is complete."""
+    parser = argparse.ArgumentParser(prog="stucksolver_carla.sidecar", description="Run the solver for a stack.")
     parser.add_argument("--fd", type=int, required=True, help="number of the inherited, connected socket")
     connected = socket.socket(fileno=parser.parse_args().fd)
-    # An interrupt in the stack's terminal is meant for the stack; this process ends with it.
+    # Ctrl-C in the stack's terminal reaches this process too. It must end with the stack, not before it.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
         SidecarSession(Wire(connected)).run()
     except WireError:
+        # The stack has ended without `bye`. The bridge reports the failure, if it still runs.
         return 1
     except RecordError as error:
         print(f"stucksolver: {error}", file=sys.stderr)

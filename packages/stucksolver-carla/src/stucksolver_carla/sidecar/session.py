@@ -1,4 +1,4 @@
-"""One stack on one connection, from `hello` to `bye`."""
+"""Serves one stack on one connection, from `hello` to `bye`."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from stucksolver_carla.session_settings import SessionSettings
 
 
 class SidecarSession:
-    """Serves one stack. If it disconnects without `bye`, it has died, and its record is left incomplete."""
+    """The session of one stack. If the stack disconnects without `bye`, its record stays incomplete."""
 
     def __init__(self, wire: Wire) -> None:
         self._wire = wire
@@ -36,65 +36,65 @@ class SidecarSession:
     def run(self) -> None:
         """Serve until `bye`.
 
-        Raises `WireError` if the stack disconnects without it, `RecordError` if the record is incomplete at the end.
+        Raises `WireError` if the stack disconnects before that, `RecordError` if the record is incomplete at the end.
         """
         hello = self._wire.receive().get("hello")
         if not isinstance(hello, dict) or hello.get("version") != VERSION:
-            theirs = str(hello.get("version") if isinstance(hello, dict) else None)[:20]
-            differ = f"the bridge speaks version {theirs} of the link's protocol, this solver version {VERSION}"
-            self._wire.send({"error": f"{differ}; install both from the same release"})
+            bridge_version = str(hello.get("version") if isinstance(hello, dict) else None)[:20]
+            reason = f"the bridge uses protocol version {bridge_version}, this solver uses version {VERSION}"
+            self._wire.send({"error": f"{reason}; install both from the same release"})
             return
         try:
             settings = SessionSettings.model_validate(hello.get("settings", {}))
-            side = self._side(hello, settings)
+            stack = self._make_stack(hello, settings)
             recorder = settings.recorder()
-            solver = settings.solver(side.scene, self._hear, recorder) if settings.helps else None
+            solver = settings.solver(stack.scene, self._store_event, recorder) if settings.helps else None
         except (ValidationError, LadderError, ReasonerNameError, ValueError, UnusableError) as error:
-            self._wire.send({"error": f"the solver's settings cannot be used: {error}"})
+            self._wire.send({"error": f"the solver's settings are invalid: {error}"})
             return
         self._wire.send({"ready": VERSION})
-        with recorder or contextlib.nullcontext(), solver or contextlib.nullcontext(), contextlib.closing(side):
+        with recorder or contextlib.nullcontext(), solver or contextlib.nullcontext(), contextlib.closing(stack):
             try:
-                while "bye" not in (told := self._wire.receive()):
-                    tick = self._begin(told)
-                    self._wire.send({**self._step(solver, side, tick), "number": self._number})
+                while "bye" not in (message := self._wire.receive()):
+                    tick = self._tick_of(message)
+                    self._wire.send({**self._step(solver, stack, tick), "number": self._number})
             except UnusableError as error:
                 self._wire.send({"error": str(error)})
                 return
         if recorder is not None and recorder.error is not None:
             raise recorder.error
 
-    def _side(self, hello: dict[str, Any], settings: SessionSettings) -> RemoteStack:
-        """Return the stack's part of this process. Raises `UnusableError` or `ValueError`."""
+    def _make_stack(self, hello: dict[str, Any], settings: SessionSettings) -> RemoteStack:
+        """Return the counterpart of the stack in this process. Raises `UnusableError` or `ValueError`."""
         if hello.get("sensed"):
-            return _sensed(hello["sensed"], settings, self._ask)
-        return _Carla(hello["carla"], self._ask) if hello.get("carla") else _Forms(self._ask)
+            return _sensor_stack(hello["sensed"], settings, self._ask)
+        return _MirroredStack(hello["carla"], self._ask) if hello.get("carla") else _JsonStack(self._ask)
 
-    def _begin(self, told: dict[str, Any]) -> dict[str, Any]:
-        """Return the tick in a message, and note its number. Raises `UnusableError`."""
-        tick, number = told.get("tick"), told.get("number")
+    def _tick_of(self, message: dict[str, Any]) -> dict[str, Any]:
+        """Return the tick in a message, and store its number. Raises `UnusableError`."""
+        tick, number = message.get("tick"), message.get("number")
         if not isinstance(tick, dict) or type(number) is not int:
-            raise UnusableError("a message is no tick with a number; install bridge and solver from the same release")
+            raise UnusableError("expected a tick with a number; install bridge and solver from the same release")
         self._number = number
         return tick
 
-    def _step(self, solver: StuckSolver | None, side: RemoteStack, tick: dict[str, Any]) -> dict[str, Any]:
+    def _step(self, solver: StuckSolver | None, stack: RemoteStack, tick: dict[str, Any]) -> dict[str, Any]:
         if "say" in tick and solver is not None:
             solver.guide(str(tick["say"]))
         if tick.get("again"):
             self._directive = None
-            side.forget()
+            stack.forget()
         try:
-            if not side.begin(tick):
-                return {"orders": side.waiting(), "events": side.events()}
-            status = side.status(tick)
+            if not stack.begin(tick):
+                return {"orders": stack.waiting(), "events": stack.events()}
+            status = stack.status(tick)
         except (LookupError, TypeError, ValueError, ArithmeticError) as error:
-            raise UnusableError(f"a tick cannot be used: {in_one_line(error)}") from error
-        directive = CONTINUE if solver is None else solver.step(status, side.surroundings)
-        orders = side.perform(directive)
+            raise UnusableError(f"invalid tick: {in_one_line(error)}") from error
+        directive = CONTINUE if solver is None else solver.step(status, stack.surroundings)
+        orders = stack.perform(directive)
         answer: dict[str, Any] = {}
-        self._events += side.events()
-        # Compare by identity: an equal directive that starts again is sent with its orders.
+        self._events += stack.events()
+        # The comparison is by identity, because an equal directive that starts again is sent with its orders.
         if directive is not self._directive:
             answer["directive"] = directive_adapter.dump_python(directive, mode="json")
             self._directive = directive
@@ -104,20 +104,20 @@ class SidecarSession:
             answer["events"], self._events = self._events, []
         return answer
 
-    def _ask(self, what: str) -> Any:
-        self._wire.send({"need": what, "number": self._number})
-        given = self._wire.receive()
-        if given.get("number") != self._number:
-            raise UnusableError(f"{what} of another tick were given; install bridge and solver from the same release")
-        return given.get("given")
+    def _ask(self, name: str) -> Any:
+        self._wire.send({"need": name, "number": self._number})
+        reply = self._wire.receive()
+        if reply.get("number") != self._number:
+            raise UnusableError(f"{name} belong to another tick; install bridge and solver from the same release")
+        return reply.get("given")
 
-    def _hear(self, event: Event) -> None:
+    def _store_event(self, event: Event) -> None:
         verdict = None if event.verdict is None else str(event.verdict)
-        told = {"time_s": event.time_s, "kind": event.kind.value, "text": event.text, "verdict": verdict}
-        self._events.append(told)
+        message = {"time_s": event.time_s, "kind": event.kind.value, "text": event.text, "verdict": verdict}
+        self._events.append(message)
 
 
-def _sensed(opening: dict[str, Any], settings: SessionSettings, ask: Any) -> RemoteStack:
+def _sensor_stack(opening: dict[str, Any], settings: SessionSettings, ask: Any) -> RemoteStack:
     uses_image = sees(settings.recovery) or sees(settings.reasoner or "")
     try:
         return sensor_perception().remote_stack(opening, settings, ask, uses_image=uses_image)
@@ -125,67 +125,68 @@ def _sensed(opening: dict[str, Any], settings: SessionSettings, ask: Any) -> Rem
         raise UnusableError(str(error)) from error
 
 
-class _Forms(RemoteStack):
+class _JsonStack(RemoteStack):
     """A stack that builds its surroundings and scenes itself."""
 
     def __init__(self, ask: Any) -> None:
         self._ask = ask
 
     def status(self, tick: dict[str, Any]) -> Status:
-        """Return the status as it came. The solver names what is wrong in it, and leaves the vehicle to its driver."""
+        """Return the status, also with invalid values: the solver reports them and does not act."""
         form = tick["status"]
         try:
             return Status.model_validate(form, strict=True)
         except ValidationError as error:
             if not isinstance(form, dict) or not form.keys() <= Status.model_fields.keys():
-                raise UnusableError(f"a status cannot be used: {first_problem(error)}") from error
+                raise UnusableError(f"invalid status: {first_problem(error)}") from error
+            # Created without validation, so that the solver's own check reports the fault as an event.
             return Status.model_construct(**form)
 
     def surroundings(self) -> Surroundings:
         return Surroundings.model_validate(self._ask("surroundings"))
 
-    def scene(self, seen: Surroundings) -> Scene | None:
-        """The stack makes its own of what it sees; nothing else can be added to a form."""
-        given = self._ask("scene")
-        return None if given is None else Scene.model_validate(given)
+    def scene(self, surroundings: Surroundings) -> Scene | None:
+        """Return the scene of the stack, which builds it from its own surroundings."""
+        reply = self._ask("scene")
+        return None if reply is None else Scene.model_validate(reply)
 
     def perform(self, directive: Directive) -> list[Any]:
-        """Return no orders: the stack performs the directive itself."""
+        """Return no orders, because the stack performs the directive itself."""
         return []
 
     def forget(self) -> None:
-        """Do nothing: there is nothing to repeat."""
+        """Do nothing, because there are no orders."""
 
 
-class _Carla(RemoteStack):
-    """A CARLA world reported as raw facts: `CarlaStack` on its mirror."""
+class _MirroredStack(RemoteStack):
+    """A CARLA world that sends raw data: `CarlaStack` on a mirror of it."""
 
     def __init__(self, opening: dict[str, Any], ask: Any) -> None:
-        # The carla package is needed only here.
+        # A late import, because only this kind of stack requires the carla package.
         from stucksolver_carla.sidecar.mirrored_world import MirrorDriver, MirrorVehicle, MirrorWorld
         from stucksolver_carla.stack import CarlaStack
 
         self._orders: list[Any] = []
         self._world = MirrorWorld(opening, ask)
-        self._world.turn_to(opening["tick"])
+        self._world.start_tick(opening["tick"])
         self._ego = MirrorVehicle(self._world, opening, ask, self._orders)
         driver = MirrorDriver(self._world, self._ego, opening, self._orders)
         self._stack = CarlaStack(self._ego, driver, self._world.map)
 
     def status(self, tick: dict[str, Any]) -> Status:
-        self._world.turn_to(tick)
+        self._world.start_tick(tick)
         return self._stack.status()
 
     def surroundings(self) -> Surroundings:
-        # First, because a late request is answered for a later tick, and then the ego must be of that tick, too.
-        self._world.look()
+        # The request comes first: if its answer is from a later tick, it sets the ego to that tick as well.
+        self._world.request_actors()
         return self._stack.surroundings()
 
-    def scene(self, seen: Surroundings) -> Scene | None:
-        return self._stack.scene(seen)
+    def scene(self, surroundings: Surroundings) -> Scene | None:
+        return self._stack.scene(surroundings)
 
     def forget(self) -> None:
-        """Repeat all orders: the driver's side is not performing the last ones."""
+        """Send all orders again, because the stack has rejected or lost the last ones."""
         self._stack.forget()
 
     def perform(self, directive: Directive) -> list[Any]:

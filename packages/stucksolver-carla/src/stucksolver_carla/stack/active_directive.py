@@ -1,4 +1,4 @@
-"""The order that a vehicle performs: checked when it comes, valid for some ticks, then replaced by its fallback."""
+"""Holds the directive that a vehicle performs: validated, valid for some ticks, then replaced by its fallback."""
 
 from __future__ import annotations
 
@@ -10,88 +10,90 @@ from stucksolver.plan.frenet_path import landing_m
 from stucksolver.plan.lease import STAND
 from stucksolver_bridge.directive_validation import FURTHEST_M, HARDEST_MPS2, MOST_IDS, MOST_POINTS, QUICKEST_MPS
 
-AT_REST_MPS = 0.1
-APART_M = 0.02
-"""A path needs two points this far apart, otherwise no driver can follow it."""
+STOPPED_MPS = 0.1
+"""Speed below which the ego counts as stopped (m/s). Ours."""
+MIN_LENGTH_M = 0.02
+"""Minimum distance between the first and another point of a path (m). No driver can follow a shorter path. Ours."""
 
 
 class ActiveDirective:
-    """Call `hear` and then `due` on every tick."""
+    """The current directive. Call `update` and then `due` on every tick."""
 
     def __init__(self) -> None:
         self._lease = Lease()
-        self._said: Directive | None = None
+        self._last_directive: Directive | None = None
         self.fault: str | None = None
-        """What was wrong with the first order that could not be performed."""
+        """Reason why the first invalid directive was rejected; None without one."""
 
-    def hear(self, directive: Directive | None, asked: bool) -> None:
-        """Take the solver's directive of this tick, None if there is none.
+    def update(self, directive: Directive | None, was_read: bool) -> None:
+        """Renew the lease with the solver's directive of this tick; None if there is none.
 
-        `asked` is False if the stack was not asked for anything on this tick; the directive is then not a new one.
+        `was_read` is False if the solver read nothing from the stack on this tick. The same directive as before is then
+        no renewal.
         """
-        news = directive is not self._said
-        self._said = directive
-        if directive is None or not (news or asked):
+        is_new = directive is not self._last_directive
+        self._last_directive = directive
+        if directive is None or not (is_new or was_read):
             return
-        wrong = rejection_reason(directive) if news else None
-        if wrong is not None:
-            self.refuse(wrong)
-        elif news or self._lease.order is not STAND:
+        reason = rejection_reason(directive) if is_new else None
+        if reason is not None:
+            self.reject(reason)
+        elif is_new or self._lease.order is not STAND:
             self._lease.renew(directive)
         else:
-            # The same order that was refused before.
+            # This directive was rejected before.
             self._lease.renew(STAND)
 
-    def refuse(self, wrong: str) -> Directive:
-        """Stop instead of performing it; reported once."""
+    def reject(self, reason: str) -> Directive:
+        """Replace the directive by a stop, and return the stop. The first rejection is reported."""
         if self.fault is None:
-            self.fault = f"an order cannot be performed: {wrong}"
-            print(f"stucksolver: {self.fault}; the vehicle stands still", file=sys.stderr, flush=True)
+            self.fault = f"invalid directive: {reason}"
+            print(f"stucksolver: {self.fault}; the vehicle stops", file=sys.stderr, flush=True)
         self._lease.renew(STAND)
         return STAND
 
     def due(self, x_m: float, y_m: float, speed_mps: float) -> Directive:
-        """Return what to perform now, for a vehicle at a place in the path's frame."""
-        order = self._lease.order
-        if not isinstance(order, Execute):
-            return order
-        done = self._lease.expired and order.left_m(x_m, y_m) < landing_m(speed_mps)
-        return self._lease.tick(x_m, y_m, path_is_done=done, at_rest=speed_mps < AT_REST_MPS)
+        """Return the directive to perform now, for an ego at (x, y) in the path's frame (m)."""
+        directive = self._lease.order
+        if not isinstance(directive, Execute):
+            return directive
+        done = self._lease.expired and directive.left_m(x_m, y_m) < landing_m(speed_mps)
+        return self._lease.tick(x_m, y_m, path_is_done=done, at_rest=speed_mps < STOPPED_MPS)
 
 
 def rejection_reason(directive: object) -> str | None:
-    """Return why a directive cannot be performed, in a few words, or None.
+    """Return the reason to reject a directive, in a few words; None if it is valid.
 
-    The models refuse most errors when they are made; copies and objects made without validation are checked here.
+    The models reject most errors on creation. This function also covers copies and objects created without validation.
     """
     if not isinstance(directive, Continue | Execute | Replan | SafeStop):
         return f"a {type(directive).__name__} is not a directive"
     if not isinstance(directive, Execute):
         return None
     if not isinstance(directive.path, tuple) or not all(isinstance(point, PathPoint) for point in directive.path):
-        return "the path is not a tuple of points"
+        return "the path must be a tuple of points"
     if len(directive.path) > MOST_POINTS:
-        return f"the path has {len(directive.path)} points; there may be {MOST_POINTS}"
-    if not all(_is_sound(point) for point in directive.path):
-        return "a point of the path is not finite, or out of all bounds"
-    if directive.path and _extent_m(directive.path) < APART_M:
-        return "a path needs two points at different places"
+        return f"the path has {len(directive.path)} points; at most {MOST_POINTS} are allowed"
+    if not all(_is_valid(point) for point in directive.path):
+        return "a point of the path is not finite or out of bounds"
+    if directive.path and _extent_m(directive.path) < MIN_LENGTH_M:
+        return "a path must have two points at different positions"
     if not isinstance(directive.ignore, tuple) or len(directive.ignore) > MOST_IDS:
-        return f"ignore is not a tuple of at most {MOST_IDS} ids"
+        return f"ignore must be a tuple of at most {MOST_IDS} ids"
     if not all(isinstance(item, str) and item.lstrip("-").isdecimal() for item in directive.ignore):
-        return "the id of an object to drive over is not an actor id"
+        return "an id in ignore must be an actor id"
     if directive.brake_mps2 is not None and not _within(directive.brake_mps2, 1e-3, HARDEST_MPS2):
-        return "how hard to brake is out of all bounds"
-    return None if _within(directive.expires_ticks, 1, math.inf) else "expires_ticks is not a number of ticks"
+        return f"brake_mps2 must be a number up to {HARDEST_MPS2:g}"
+    return None if _within(directive.expires_ticks, 1, math.inf) else "expires_ticks must be a number of at least 1"
 
 
 def _extent_m(path: tuple[PathPoint, ...]) -> float:
     return max(math.hypot(p.x_m - path[0].x_m, p.y_m - path[0].y_m) for p in path)
 
 
-def _is_sound(point: PathPoint) -> bool:
-    places = _within(point.x_m, -FURTHEST_M, FURTHEST_M) and _within(point.y_m, -FURTHEST_M, FURTHEST_M)
-    return places and _within(point.speed_mps, 0.0, QUICKEST_MPS)
+def _is_valid(point: PathPoint) -> bool:
+    is_on_map = _within(point.x_m, -FURTHEST_M, FURTHEST_M) and _within(point.y_m, -FURTHEST_M, FURTHEST_M)
+    return is_on_map and _within(point.speed_mps, 0.0, QUICKEST_MPS)
 
 
 def _within(value: object, least: float, most: float) -> bool:

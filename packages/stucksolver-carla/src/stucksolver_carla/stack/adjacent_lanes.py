@@ -1,4 +1,4 @@
-"""The lanes beside a waypoint, from the route outwards, each with the line to cross into it."""
+"""Finds the lanes next to a waypoint, from the route outward, each with the line in between."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from stucksolver.scene import LaneDirection, LaneKind, LineKind
 from stucksolver_carla.stack.carla_frames import to_local
 
 MAX_LANES = 5
-"""To each side; lanes further out do not matter to a recovery."""
+"""Maximum number of lanes on each side. No recovery uses lanes farther out. Ours."""
 
 
 @dataclass(frozen=True)
 class AdjacentLane:
-    """One lane at one station. `place` counts from the route's lane (0), positive to the left."""
+    """One lane at one station. `place` counts from the route's lane (0), positive to the left; `offset_m` too."""
 
     place: int
     kind: LaneKind
@@ -37,52 +37,57 @@ _KINDS = {
 }
 _BROKEN = {carla.LaneMarkingType.Broken, carla.LaneMarkingType.BrokenBroken, carla.LaneMarkingType.BottsDots}
 _NONE = {carla.LaneMarkingType.NONE, carla.LaneMarkingType.Other}
-_KERB = {carla.LaneMarkingType.Curb, carla.LaneMarkingType.Grass}
+_CURB = {carla.LaneMarkingType.Curb, carla.LaneMarkingType.Grass}
 _NEAR_SIDE_BROKEN = carla.LaneMarkingType.BrokenSolid
 
 
-def neighbours(
-    waypoint: carla.Waypoint, x: float, y: float, heading: float, *, alone: bool
+def adjacent_lanes(
+    waypoint: carla.Waypoint, x: float, y: float, heading: float, *, only_own: bool
 ) -> tuple[AdjacentLane, ...]:
-    """Return the route's lane and those beside it; only the route's if `alone` (lanes overlap inside junctions)."""
+    """Return the route's lane and its adjacent lanes; only the route's with `only_own`.
+
+    `only_own` is for junctions, where lanes overlap. x, y (m) and heading (rad) are in the local frame.
+    """
     own = AdjacentLane(0, LaneKind.DRIVING, LaneDirection.SAME, 0.0, float(waypoint.lane_width), LineKind.NONE)
-    if alone:
+    if only_own:
         return (own,)
-    return (own, *_walk(waypoint, x, y, heading, +1), *_walk(waypoint, x, y, heading, -1))
+    return (own, *_lanes_on_side(waypoint, x, y, heading, +1), *_lanes_on_side(waypoint, x, y, heading, -1))
 
 
-def _walk(start: Any, x: float, y: float, heading: float, side: int) -> list[AdjacentLane]:
-    found: list[AdjacentLane] = []
-    here, same = start, True
-    while len(found) < MAX_LANES:
-        # Seen from a lane in the opposite direction, further to our left is further to its right.
-        to_left = (side > 0) == same
-        beside = here.get_left_lane() if to_left else here.get_right_lane()
-        if beside is None:
+def _lanes_on_side(start: Any, x: float, y: float, heading: float, side: int) -> list[AdjacentLane]:
+    lanes: list[AdjacentLane] = []
+    here, is_same_direction = start, True
+    while len(lanes) < MAX_LANES:
+        # In a lane of the opposite direction, the route's left is that lane's right.
+        is_left = (side > 0) == is_same_direction
+        next_lane = here.get_left_lane() if is_left else here.get_right_lane()
+        if next_lane is None:
             break
-        marking = here.left_lane_marking if to_left else here.right_lane_marking
-        turn = math.remainder(-math.radians(beside.transform.rotation.yaw) - heading, math.tau)
-        same = abs(turn) < math.pi / 2
-        px, py = to_local(beside.transform.location)
+        marking = here.left_lane_marking if is_left else here.right_lane_marking
+        turn = math.remainder(-math.radians(next_lane.transform.rotation.yaw) - heading, math.tau)
+        is_same_direction = abs(turn) < math.pi / 2
+        px, py = to_local(next_lane.transform.location)
         offset = (py - y) * math.cos(heading) - (px - x) * math.sin(heading)
-        kind = _KINDS.get(beside.lane_type)
+        kind = _KINDS.get(next_lane.lane_type)
         if kind is not None:
-            direction = LaneDirection.SAME if same else LaneDirection.OPPOSITE
-            place = side * (len(found) + 1)
-            found.append(
-                AdjacentLane(place, kind, direction, offset, float(beside.lane_width), line_kind(marking, kind))
+            direction = LaneDirection.SAME if is_same_direction else LaneDirection.OPPOSITE
+            place = side * (len(lanes) + 1)
+            lanes.append(
+                AdjacentLane(place, kind, direction, offset, float(next_lane.lane_width), line_kind(marking, kind))
             )
-        elif found and found[-1].kind is not LaneKind.DRIVING:
+        elif lanes and lanes[-1].kind is not LaneKind.DRIVING:
+            # A strip without a kind beyond the roadside ends the road.
             break
-        here = beside
+        here = next_lane
+        # Strips without a kind, such as medians, are skipped up to this distance from the route. Ours.
         if kind is None and abs(offset) > 30.0:
             break
-    return found
+    return lanes
 
 
 def line_kind(marking: Any, into: LaneKind) -> LineKind:
-    """Return a marking as it applies to a vehicle on the route's side of it."""
-    if into is LaneKind.SIDEWALK or (marking is not None and marking.type in _KERB):
+    """Return the kind of a marking for a vehicle that crosses it from the route's side into a lane of kind `into`."""
+    if into is LaneKind.SIDEWALK or (marking is not None and marking.type in _CURB):
         return LineKind.KERB
     if marking is None or marking.type in _NONE:
         return LineKind.NONE

@@ -1,4 +1,4 @@
-"""A CARLA vehicle with a driver: describes itself to the solver and performs its directives."""
+"""Connects a CARLA vehicle and its driver with the solver: describes the ego and performs the directives."""
 
 from __future__ import annotations
 
@@ -7,29 +7,30 @@ from typing import Any
 import carla
 
 from stucksolver.plan import Continue, Directive, Execute, Replan, SafeStop
-from stucksolver.plan.behaviors import HazardLights
 from stucksolver_carla.drivers.behavior import DrivePoint, Driver, RouteError
 from stucksolver_carla.drivers.behavior.nearby_objects import HAZARD_LAMPS
 from stucksolver_carla.stack.active_directive import ActiveDirective
-from stucksolver_carla.stack.alternative_routes import destination_beside
+from stucksolver_carla.stack.alternative_routes import reachable_destination
 from stucksolver_carla.stack.carla_frames import to_local, to_world
 from stucksolver_carla.stack.client_interface import EgoVehicle
 from stucksolver_carla.stack.front_camera import PictureSource
 from stucksolver_carla.stack.ground_truth_tracker import RANGE_M
-from stucksolver_carla.stack.route_after_turn import faces
+from stucksolver_carla.stack.route_after_turn import points_along
 from stucksolver_carla.stack.scene_source import CarlaSceneSource
 
 NEAR_DESTINATION_M = 100.0
-"""With this little of the route left, a lane beside it may lead back only round the block."""
+"""Remaining route length below which a parallel lane of the destination is allowed (m). With so little left, the
+destination's own lane may be reachable only around the block. Ours."""
 DETOUR_M = 100.0
-"""A new route that is longer than the rest by this much goes round the block."""
-ON_ITS_WAY_MPS = 2.0
+"""Additional length from which a new route counts as leading around the block (m). Ours."""
+DRIVING_MPS = 2.0
+"""Speed above which the ego no longer needs its hazard lights after the hand-back (m/s). Ours."""
 
 
 class CarlaStack(CarlaSceneSource):
-    """One driver, one ego. On each tick call `status`, then `StuckSolver.step`, then `perform`.
+    """The stack of one ego with one driver. On each tick call `status`, then `StuckSolver.step`, then `perform`.
 
-    If nothing is asked of it on a tick, nobody has called `step`; what `perform` gets then is not a renewal.
+    If the status was not read on a tick, `step` has not been called. The directive in `perform` is then no renewal.
     """
 
     def __init__(
@@ -42,59 +43,58 @@ class CarlaStack(CarlaSceneSource):
     ) -> None:
         super().__init__(vehicle, driver, carla_map, range_m, camera)
         self._driver = driver
-        self._orders = ActiveDirective()
+        self._active_directive = ActiveDirective()
         self._performed: Directive | None = None
         self._lights_before: carla.VehicleLightState | None = None
 
     def perform(self, directive: Directive | None) -> Any:
-        """Have the driver perform a directive.
-
-        What cannot be performed is replaced by standing still and reported once.
+        """Perform a directive with the driver. An invalid directive is replaced by a stop and reported once.
 
         Args:
-            directive: The solver's directive. None if there is none on this tick: the last one is then performed until
-                it expires, then its fallback, and then the driver follows its route.
+            directive: The solver's directive; None without one on this tick. The last one is then performed until it
+                expires, then its fallback, and then the driver follows its route.
 
         Returns:
             This tick's `carla.VehicleControl`, not applied.
         """
-        self._orders.hear(directive, self._asked)
-        self._asked = False
-        due = self._orders.due(*to_local(self._vehicle.get_location()), self._speed_mps)
+        self._active_directive.update(directive, self._was_read)
+        self._was_read = False
+        due = self._active_directive.due(*to_local(self._vehicle.get_location()), self._speed_mps)
         if due is not self._performed:
-            self._performed = self._begin(due)
-        if self._lights_before is not None and self._on_its_way():
+            self._performed = self._start(due)
+        if self._lights_before is not None and self._is_driving():
             self._hazard_lights(False)
         return self._driver.run_step()
 
     def forget(self) -> None:
-        """Tell the driver on the next tick again what it is doing, because it has lost that."""
+        """Instruct the driver again on the next tick, because it has lost its last instruction."""
         self._performed = None
         if self._lights_before is not None:
             self._vehicle.set_light_state(carla.VehicleLightState(int(self._lights_before) | HAZARD_LAMPS))
 
-    def _begin(self, directive: Directive) -> Directive:
-        """Return what is begun: the directive, or standing still. No exception gets into the control loop."""
+    def _start(self, directive: Directive) -> Directive:
+        """Start a directive. Return it, or a stop if the driver raises an error."""
         try:
-            self._tell(directive)
-        except Exception as error:  # noqa: BLE001 - a driver's own fault, of whatever type
-            directive = self._orders.refuse(f"{type(error).__name__}: {error}")
+            self._instruct_driver(directive)
+        except Exception as error:  # noqa: BLE001 - no error of a driver may end the control loop; the ego stops
+            directive = self._active_directive.reject(f"{type(error).__name__}: {error}")
             self._driver.hold()
         return directive
 
-    def _tell(self, directive: Directive) -> None:
+    def _instruct_driver(self, directive: Directive) -> None:
         if isinstance(directive, Execute) and directive.path:
             points = [DrivePoint(*to_world(p.x_m, p.y_m), p.speed_mps) for p in directive.path]
-            unheeded = frozenset(int(i) for i in directive.ignore)
+            ignored_ids = frozenset(int(i) for i in directive.ignore)
             if directive.over_red:
-                unheeded |= self._controls.lights_near(self._arc)
-            if unheeded:
-                self._driver.follow(points, directive.reverse, unheeded)
+                ignored_ids |= self._controls.lights_near(self._arc)
+            if ignored_ids:
+                self._driver.follow(points, directive.reverse, ignored_ids)
             else:
                 self._driver.follow(points, directive.reverse)
         elif isinstance(directive, Execute):
-            if isinstance(directive.behavior, HazardLights):
-                self._hazard_lights(directive.behavior.on)
+            lights_on = directive.behavior.hazard_lights_on
+            if lights_on is not None:
+                self._hazard_lights(lights_on)
             if directive.brake_mps2 is None:
                 self._driver.hold()
             else:
@@ -108,7 +108,7 @@ class CarlaStack(CarlaSceneSource):
                 self._replan(directive)
 
     def _hazard_lights(self, on: bool) -> None:
-        """Switch them on, or back to what they were before."""
+        """Switch the hazard lights on, or all lights back to their previous state."""
         if on and self._lights_before is None:
             self._lights_before = self._vehicle.get_light_state()
             self._vehicle.set_light_state(carla.VehicleLightState(int(self._lights_before) | HAZARD_LAMPS))
@@ -116,26 +116,27 @@ class CarlaStack(CarlaSceneSource):
             self._vehicle.set_light_state(self._lights_before)
             self._lights_before = None
 
-    def _on_its_way(self) -> bool:
-        """True if it drives by itself again, so that nobody needs a warning any more."""
-        return isinstance(self._performed, Continue) and self._speed_mps > ON_ITS_WAY_MPS
+    def _is_driving(self) -> bool:
+        """Return True if the driver follows its route again, faster than `DRIVING_MPS`."""
+        return isinstance(self._performed, Continue) and self._speed_mps > DRIVING_MPS
 
     def _replan(self, directive: Replan) -> None:
-        """Plan the route again. The present one stays if there is no other, or if the vehicle faces the other way."""
+        """Plan the route again. The present one stays without another one, or if the ego points against it."""
         end = self._driver.route[-1].waypoint.transform.location
         chosen = self._candidates.get(directive.route_start or "")
-        if chosen is not None and not faces(chosen, self._vehicle.get_transform().rotation.yaw):
+        if chosen is not None and not points_along(chosen, self._vehicle.get_transform().rotation.yaw):
             return
         start = None if chosen is None else chosen.transform.location
         left_m = self._road.destination_arc - self._arc
-        begin = self._vehicle.get_location() if start is None else start
+        origin = self._vehicle.get_location() if start is None else start
         try:
-            if directive.route_start not in self._elsewhere and left_m < NEAR_DESTINATION_M:
-                near = destination_beside(self._map, begin, end, max(left_m, 0.0) + DETOUR_M)
-                if near is None:
+            if directive.route_start not in self._alternative_ids and left_m < NEAR_DESTINATION_M:
+                reachable = reachable_destination(self._map, origin, end, max(left_m, 0.0) + DETOUR_M)
+                if reachable is None:
                     return
-                end = near
+                end = reachable
             self._driver.set_destination(end, start)
         except RouteError:
+            # Without another route, the driver continues on the present one.
             return
         self.take_route()

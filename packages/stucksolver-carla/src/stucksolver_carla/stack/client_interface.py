@@ -1,6 +1,4 @@
-"""The part of the `carla` client that is used for the ego, its world and its perception. A mirror must offer it,
-too.
-"""
+"""Defines the part of the `carla` client that is used for the ego, its world and its perception."""
 
 from __future__ import annotations
 
@@ -20,16 +18,16 @@ class WorldSource(Protocol):
     """The part of `carla.World` that is read."""
 
     def get_map(self) -> Any:
-        """The `carla.Map`."""
+        """Return the `carla.Map`."""
 
     def get_snapshot(self) -> Any:
-        """The `carla.WorldSnapshot` of this tick: the pose and velocity of every actor."""
+        """Return the `carla.WorldSnapshot` of this tick: the pose and velocity of every actor."""
 
     def get_actors(self, ids: Sequence[int] = ..., /) -> Any:
-        """The actors with these ids, or all."""
+        """Return the actors with these ids, or all."""
 
     def get_vehicles_light_states(self) -> Any:
-        """Lamps by vehicle id, as bits of `carla.VehicleLightState`."""
+        """Return the lamps by vehicle id, as bits of `carla.VehicleLightState`."""
 
 
 class EgoVehicle(Protocol):
@@ -37,60 +35,60 @@ class EgoVehicle(Protocol):
 
     @property
     def id(self) -> int:
-        """Its actor id."""
+        """The ego's actor id."""
 
     @property
     def bounding_box(self) -> carla.BoundingBox:
-        """Its bounding box, in its own frame."""
+        """The ego's bounding box, in the actor's frame."""
 
     def get_world(self) -> Any:
-        """The world, as in `WorldSource`."""
+        """Return the world, as in `WorldSource`."""
 
     def get_location(self) -> carla.Location:
-        """Location of its origin."""
+        """Return the location of the actor's origin."""
 
     def get_transform(self) -> carla.Transform:
-        """Location and rotation."""
+        """Return location and rotation."""
 
     def get_velocity(self) -> carla.Vector3D:
-        """Its velocity in the world frame (m/s)."""
+        """Return the velocity in the world frame (m/s)."""
 
     def get_speed_limit(self) -> float:
-        """Speed limit (km/h); 0 if none is known."""
+        """Return the speed limit (km/h); 0 without one."""
 
     def get_light_state(self) -> Any:
-        """A `carla.VehicleLightState`."""
+        """Return the `carla.VehicleLightState`."""
 
     def set_light_state(self, light_state: Any, /) -> None:
-        """Switch its lamps."""
+        """Switch the ego's lamps."""
 
 
 class TrackedObjectSource(Protocol):
-    """Tracks the objects around the ego: `Tracker` from the client, a sensed vehicle's from its sensors."""
+    """Tracks the objects around the ego: `Tracker` from the client, a sensor-based tracker from its sensors."""
 
     @property
     def pushes(self) -> bool:
-        """True if the ego pushed something at the last look."""
+        """True if the ego pushed an object at the last update."""
 
     def watch(self, ego: EgoFootprint, now_s: float) -> object:
-        """Look around and note who moves by itself; cheap."""
+        """Update which objects move by themselves. The call is cheap."""
 
     def update(self, ego: EgoFootprint, now_s: float) -> tuple[TrackedObject, ...]:
-        """Return everything within range of the ego, in the local frame."""
+        """Return all objects within range of the ego, in the local frame."""
 
     def read_lights(self, now_s: float) -> None:
-        """Refresh the lamps of all vehicles."""
+        """Read the lamps of all vehicles."""
 
 
 class LaneSightSource(Protocol):
-    """Says how far lanes are seen on one road geometry."""
+    """Computes the sight distances of lanes on one road geometry."""
 
     def of_lanes(self, ego: EgoState, ego_s: float, objects: tuple[TrackedObject, ...]) -> tuple[LaneSight, ...]:
-        """Return, for each driving lane beside the ego, the length seen without a break, ahead and behind."""
+        """Return the uninterrupted sight distances ahead and behind, for each driving lane next to the ego."""
 
 
 class EgoPerceptionSource(Protocol):
-    """What a vehicle with its own sensors provides."""
+    """The part of sensor-based perception that describes the ego to the solver."""
 
     perception: str
     """Name of the perception in records and results."""
@@ -101,17 +99,17 @@ class EgoPerceptionSource(Protocol):
 
     @property
     def signs(self) -> tuple[ObservedSign, ...]:
-        """Words that were read on signs while the ego has been standing."""
+        """Words read on signs since the ego stopped."""
 
     @property
     def why_blind(self) -> tuple[str, ...]:
-        """Why nothing new is seen, as it was when that began; empty while the ego sees."""
+        """Sensor faults at the time when perception stopped giving results; empty while it gives them."""
 
     def age_s(self, now_s: float) -> float:
-        """Age of the newest result's data (s)."""
+        """Return the age of the newest result's data (s)."""
 
     def tracker(self) -> TrackedObjectSource:
-        """The tracked objects for the solver."""
+        """Return a tracker of the objects for the solver."""
 
     def sight_lines(self, frame: RoadFrame) -> LaneSightSource:
-        """Says how far lanes are seen."""
+        """Return the source of sight distances for one road."""

@@ -1,4 +1,4 @@
-"""Detects what the ego pushes: it touches it, and both move as one."""
+"""Detects objects that the ego pushes: they touch the ego and move with it."""
 
 from __future__ import annotations
 
@@ -15,17 +15,19 @@ if TYPE_CHECKING:
     pass
 
 TOUCH_M = 0.2
-"""Boxes are a little larger or smaller than bodies: by up to this for CARLA's cars."""
-AS_ONE_MPS = 1.0
-"""With a larger difference in velocity it is brushed or struck, not pushed."""
-PUSHES_MPS = 0.2
-SPEEDS_UP_MPS = 0.3
-"""A pushed object rolls slower and slower until it stands; one that accelerates drives by itself."""
-STANDS_MPS = 0.1
+"""Gap between boxes that counts as contact (m). For CARLA's cars, boxes and bodies differ by up to this."""
+MAX_RELATIVE_MPS = 1.0
+"""Maximum relative speed of a pushed object (m/s). A faster one is brushed or hit, not pushed. Ours."""
+EGO_MOVING_MPS = 0.2
+"""Minimum speed of an ego that pushes (m/s). Ours."""
+ACCELERATION_MPS = 0.3
+"""Speed increase between two updates from which an object drives by itself (m/s). A pushed object slows down. Ours."""
+STOPPED_MPS = 0.1
+"""Speed below which a pushed object counts as stopped (m/s). Ours."""
 
 
 class EgoFootprint(NamedTuple):
-    """The ego's box and motion in CARLA's world: metres, radians, m/s."""
+    """The ego's box and motion in CARLA's world frame (m, rad, m/s)."""
 
     x: float
     y: float
@@ -38,41 +40,45 @@ class EgoFootprint(NamedTuple):
 
 
 def footprint(vehicle: EgoVehicle) -> EgoFootprint:
-    """Return the footprint of the ego, or of a stand-in for one."""
+    """Return the footprint of the ego."""
     transform, velocity, half = vehicle.get_transform(), vehicle.get_velocity(), vehicle.bounding_box.extent
     place, yaw = transform.location, math.radians(transform.rotation.yaw)
     return EgoFootprint(place.x, place.y, place.z, yaw, float(half.x), float(half.y), velocity.x, velocity.y)
 
 
 class PushDetector:
-    """Call `look` with the bodies around; twice a second is enough."""
+    """Detects pushed objects. Call `update` with the objects around the ego; twice per second is enough."""
 
     def __init__(self) -> None:
-        self.now: frozenset[int] = frozenset()
-        """Ids of what was pushed at the last look."""
+        self.pushed_ids: frozenset[int] = frozenset()
+        """Ids of the objects that were pushed at the last update."""
         self._rolling: dict[int, float] = {}
-        """Speed at the last look of everything that moves because it was pushed."""
+        """Speeds at the last update (m/s) of the objects that move because the ego pushed them, by id."""
 
-    def look(self, ego: EgoFootprint, seen: NearbyObjects) -> frozenset[int]:
-        """Return the ids of what moves because the ego pushes it, or pushed it a moment ago and it still rolls."""
-        if not len(seen):
-            self.now, self._rolling = frozenset(), {}
-            return self.now
-        gap = _gaps(ego, seen)
-        apart = np.hypot(seen.vx - ego.vx, seen.vy - ego.vy)
-        pushes = math.hypot(ego.vx, ego.vy) > PUSHES_MPS
-        touched = (gap < TOUCH_M) & (apart < AS_ONE_MPS) & pushes
-        self.now = frozenset(i for i, item in zip(seen.actor_id, touched.tolist(), strict=True) if item)
-        speed = dict(zip(seen.actor_id, np.hypot(seen.vx, seen.vy).tolist(), strict=True))
-        rolls_on = {i for i, last in self._rolling.items() if STANDS_MPS < speed.get(i, 0.0) < last + SPEEDS_UP_MPS}
-        self._rolling = {i: speed[i] for i in rolls_on | self.now}
+    def update(self, ego: EgoFootprint, objects: NearbyObjects) -> frozenset[int]:
+        """Return the ids of the objects that the ego pushes, and of pushed objects that still roll."""
+        if not len(objects):
+            self.pushed_ids, self._rolling = frozenset(), {}
+            return self.pushed_ids
+        gap = _gaps(ego, objects)
+        relative_mps = np.hypot(objects.vx - ego.vx, objects.vy - ego.vy)
+        pushes = math.hypot(ego.vx, ego.vy) > EGO_MOVING_MPS
+        touched = (gap < TOUCH_M) & (relative_mps < MAX_RELATIVE_MPS) & pushes
+        ids = objects.actor_id
+        self.pushed_ids = frozenset(i for i, is_touched in zip(ids, touched.tolist(), strict=True) if is_touched)
+        speed = dict(zip(ids, np.hypot(objects.vx, objects.vy).tolist(), strict=True))
+        still_rolling = {
+            i for i, last in self._rolling.items() if STOPPED_MPS < speed.get(i, 0.0) < last + ACCELERATION_MPS
+        }
+        self._rolling = {i: speed[i] for i in still_rolling | self.pushed_ids}
         return frozenset(self._rolling)
 
 
-def _gaps(ego: EgoFootprint, seen: NearbyObjects) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
-    """Return the gap from the ego's box to each body (m); infinite for those on another level."""
+def _gaps(ego: EgoFootprint, objects: NearbyObjects) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+    """Return the gap from the ego's box to each object's box (m); infinite for objects on another level."""
     half = (ego.half_length, ego.half_width)
-    gap = separation((ego.x, ego.y, ego.yaw), half, (seen.x, seen.y, seen.yaw), (seen.half_length, seen.half_width))
-    # Lower bodies are driven over, and higher ones are bridges.
-    level = (seen.top > ego.z + 0.3) & (seen.bottom < ego.z + 1.5)
-    return np.where(level, gap, np.inf)
+    poses, halves = (objects.x, objects.y, objects.yaw), (objects.half_length, objects.half_width)
+    gap = separation((ego.x, ego.y, ego.yaw), half, poses, halves)
+    # The ego drives over lower boxes, and under higher ones such as bridges. Both heights (m) are ours.
+    is_same_level = (objects.top > ego.z + 0.3) & (objects.bottom < ego.z + 1.5)
+    return np.where(is_same_level, gap, np.inf)

@@ -1,4 +1,4 @@
-"""The front camera, as in Bao and Li 2025: an occasional image, encoded only when a scene needs it."""
+"""Reads the front camera, as in Bao and Li 2025: few images, encoded only when a scene uses them."""
 
 from __future__ import annotations
 
@@ -12,15 +12,19 @@ if TYPE_CHECKING:
     import carla
 
 WIDTH = 800
+"""Image width (px). Ours."""
 HEIGHT = 450
+"""Image height (px). Ours."""
 FOV_DEG = 90.0
+"""Horizontal field of view (degrees): the default of CARLA's camera."""
 PERIOD_S = 0.5
-"""An image costs a simulator more than a tick, and a standing vehicle sees little new."""
-QUALITY = 80
+"""Time between two images (s). An image takes a simulator longer than a tick, and a stopped ego gets few new views."""
+JPEG_QUALITY = 80
+"""Quality setting of the JPEG encoder. Ours."""
 
 
 class PictureSource(Protocol):
-    """Gives the front camera's latest image."""
+    """Source of the front camera's latest image."""
 
     def image(self) -> CameraImage | None:
         """Return the latest image; None before the first."""
@@ -30,9 +34,9 @@ class PictureSource(Protocol):
 
 
 class FrontCamera:
-    """Attach to a vehicle, call `image` whenever one is wanted, and `close` at the end.
+    """A front camera that is attached to a vehicle. Call `image` on demand, and `close` at the end.
 
-    `front_m` is the distance ahead of the vehicle's centre (m), inside the windscreen of most cars.
+    `front_m` is the distance ahead of the vehicle's center (m); the default is behind the windshield of most cars.
     """
 
     def __init__(
@@ -48,13 +52,13 @@ class FrontCamera:
             ("sensor_tick", period_s),
         ):
             blueprint.set_attribute(name, str(value))
-        place = carla.Transform(carla.Location(x=front_m, z=height_m))
-        self._sensor = vehicle.get_world().spawn_actor(blueprint, place, attach_to=vehicle)
+        mount = carla.Transform(carla.Location(x=front_m, z=height_m))
+        self._sensor = vehicle.get_world().spawn_actor(blueprint, mount, attach_to=vehicle)
         self._raw: Any | None = None
-        self._made: tuple[int, CameraImage] | None = None
-        self._sensor.listen(self._take)
+        self._encoded_image: tuple[int, CameraImage] | None = None
+        self._sensor.listen(self._store)
 
-    def _take(self, image: Any) -> None:
+    def _store(self, image: Any) -> None:
         self._raw = image
 
     def image(self) -> CameraImage | None:
@@ -62,17 +66,17 @@ class FrontCamera:
         raw = self._raw
         if raw is None:
             return None
-        if self._made is None or self._made[0] != raw.frame:
-            self._made = (raw.frame, _encoded(raw))
-        return self._made[1]
+        if self._encoded_image is None or self._encoded_image[0] != raw.frame:
+            self._encoded_image = (raw.frame, _to_camera_image(raw))
+        return self._encoded_image[1]
 
     def close(self) -> None:
-        """Destroy the sensor. The simulator may be gone already."""
+        """Destroy the sensor."""
         self._sensor.stop()
         self._sensor.destroy()
 
 
-def _encoded(raw: Any) -> CameraImage:
+def _to_camera_image(raw: Any) -> CameraImage:
     """Return a BGRA image as JPEG."""
     from PIL import Image
 
@@ -80,7 +84,7 @@ def _encoded(raw: Any) -> CameraImage:
 
 
 def as_jpeg(picture: Any) -> CameraImage:
-    """Return a `PIL.Image` in the form of a scene."""
+    """Return a `PIL.Image` as the JPEG image of a scene."""
     file = io.BytesIO()
-    picture.save(file, "JPEG", quality=QUALITY)
+    picture.save(file, "JPEG", quality=JPEG_QUALITY)
     return CameraImage(width=picture.width, height=picture.height, jpeg=base64.b64encode(file.getvalue()))

@@ -1,4 +1,4 @@
-"""The kind of object of a CARLA blueprint. Only what perception could see is used: never role names."""
+"""Maps a CARLA blueprint to a kind of object, from visible properties only: never from role names."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _PROPS = (
 
 
 def kind_of(type_id: str, attributes: dict[str, str]) -> ObjectKind:
-    """Return the kind from the blueprint's id and its public attributes (`base_type`, `special_type`: since 0.9.13)."""
+    """Return the kind for a blueprint's id and its public attributes (`base_type` and `special_type` since 0.9.13)."""
     if type_id.startswith("animal."):
         return ObjectKind.ANIMAL
     if type_id.startswith("walker."):
@@ -55,6 +55,6 @@ def _vehicle(type_id: str, attributes: dict[str, str]) -> ObjectKind:
 
 
 def attributes_of(actor: carla.Actor) -> dict[str, str]:
-    """Return the attributes that say what an actor is."""
-    wanted = ("special_type", "base_type", "number_of_wheels")
-    return {name: str(actor.attributes[name]) for name in wanted if name in actor.attributes}
+    """Return the attributes of an actor that determine its kind."""
+    names = ("special_type", "base_type", "number_of_wheels")
+    return {name: str(actor.attributes[name]) for name in names if name in actor.attributes}

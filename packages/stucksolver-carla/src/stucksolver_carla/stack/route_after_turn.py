@@ -1,4 +1,4 @@
-"""Where a route may begin for a vehicle that has turned round on the road."""
+"""Finds the start of a route for an ego that has turned around on the road."""
 
 from __future__ import annotations
 
@@ -13,24 +13,25 @@ from stucksolver_carla.stack.carla_frames import to_local
 from stucksolver_carla.stack.route_road import SPACING_M, RouteRoad
 
 BEHIND_M = 12.0
-"""The new route begins this far behind the ego: a turned vehicle is in the other lane by then."""
+"""Distance behind the ego at which the new route starts (m): a turned ego is in the oncoming lane there. Ours."""
 
 AGAINST_COS = -0.5
-"""Cosine of the smallest angle (120 degrees) at which a vehicle faces the other way."""
+"""Cosine of the angle (120 degrees) from which a vehicle points against a lane. Ours."""
 
 
-def way_back(
+def route_after_turning(
     carla_map: carla.Map, road: RouteRoad, arc_m: float, ego: EgoState, destination: Any
 ) -> AlternativeRoute | None:
-    """Return the lane of the other direction beside the route, behind the ego (local frame), or None.
+    """Return the route that starts in the oncoming lane behind the ego (local frame); None without such a lane.
 
-    Its length is None if no route leads from there to the `carla.Location` without the road ahead.
+    The route's length is None if no route leads from there to the destination, a `carla.Location`, without the road
+    ahead.
     """
     last = len(road.stations) - 1
     behind, here = (road.stations[min(max(int(m / SPACING_M), 0), last)] for m in (arc_m - BEHIND_M, arc_m))
     if behind.junction or here.junction:
         return None
-    start = _other_direction(behind.waypoint)
+    start = _oncoming_lane(behind.waypoint)
     if start is None:
         return None
     x, y = to_local(start.transform.location)
@@ -38,15 +39,15 @@ def way_back(
     return AlternativeRoute(start, "back", math.hypot(x - ego.x_m, y - ego.y_m), length_m)
 
 
-def _other_direction(waypoint: carla.Waypoint) -> carla.Waypoint | None:
-    """Return the next driving lane to the left in the other direction."""
-    beside = waypoint.get_left_lane()
-    while beside is not None and beside.lane_id * waypoint.lane_id > 0:
-        beside = beside.get_left_lane()
-    return None if beside is None or beside.lane_type != carla.LaneType.Driving else beside
+def _oncoming_lane(waypoint: carla.Waypoint) -> carla.Waypoint | None:
+    """Return the next lane to the left in the opposite direction; None without one, or if it is not a driving lane."""
+    left_lane = waypoint.get_left_lane()
+    while left_lane is not None and left_lane.lane_id * waypoint.lane_id > 0:
+        left_lane = left_lane.get_left_lane()
+    return None if left_lane is None or left_lane.lane_type != carla.LaneType.Driving else left_lane
 
 
-def faces(waypoint: carla.Waypoint, vehicle_yaw_deg: float) -> bool:
-    """True unless a vehicle with that yaw (CARLA's, degrees) points against the direction of a waypoint."""
-    turned = math.radians(waypoint.transform.rotation.yaw - vehicle_yaw_deg)
-    return math.cos(turned) > AGAINST_COS
+def points_along(waypoint: carla.Waypoint, vehicle_yaw_deg: float) -> bool:
+    """Return True unless a vehicle with this yaw (CARLA's, degrees) points against the direction of a waypoint."""
+    turn_rad = math.radians(waypoint.transform.rotation.yaw - vehicle_yaw_deg)
+    return math.cos(turn_rad) > AGAINST_COS

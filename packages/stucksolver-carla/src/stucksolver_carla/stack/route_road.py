@@ -1,4 +1,4 @@
-"""The road along a route, read once from the waypoint graph for each route; episodes take slices of it."""
+"""Reads the road along a route from the waypoint graph, once per route. Road geometries are slices of it."""
 
 from __future__ import annotations
 
@@ -13,38 +13,43 @@ import shapely
 from stucksolver.scene import LaneDirection, LaneKind, LaneStrip, RoadGeometry, Zone, ZoneKind
 from stucksolver.scene.polyline import arc_lengths, distances, nearest_index
 from stucksolver_carla.drivers.behavior import RoutePoint
-from stucksolver_carla.stack.adjacent_lanes import AdjacentLane, neighbours
+from stucksolver_carla.stack.adjacent_lanes import AdjacentLane, adjacent_lanes
 from stucksolver_carla.stack.carla_frames import to_local, yaw_to_local
 
 if TYPE_CHECKING:
     import carla
 
 SPACING_M = 2.0
-FINE_M = 0.25
+"""Distance between two stations (m). Ours."""
+FINE_SPACING_M = 0.25
+"""Distance between two points of the fine line, on which stop signs are searched (m). Ours."""
 BEHIND_M = 150.0
-"""How far the road is known behind the ego: as far as the guard asks for at 100 km/h, to enter a lane (144 m)."""
+"""Length of the road behind the ego (m). The guard requires 144 m to enter a lane at 100 km/h."""
 AHEAD_M = 320.0
-RUN_UP_M = 120.0
-"""How far the road is known before the route: a new route may begin this far ahead of the ego."""
+"""Length of the road ahead of the ego (m). Ours."""
+BEFORE_START_M = 120.0
+"""Length of the road before the route's start (m), because a new route may start this far ahead of the ego."""
 ON_ROUTE_M = 2.2
-"""A stop line's waypoint this near to a station belongs to the route's lane."""
-BODY_M = 1.0
-"""From the route to the ego's side: a crosswalk this near is on its way."""
+"""Maximum distance from the route to the waypoint of a stop line in the route's lane (m). Ours."""
+HALF_WIDTH_M = 1.0
+"""Distance from the route to the ego's side (m). A crosswalk within it crosses the ego's path. Ours."""
 ANDREWS_CROSS = "201"
-"""OpenDRIVE's signal type of the cross at a level crossing (StVO sign 201), as CARLA's landmarks carry it."""
-CROSS_BESIDE_M = 10.0
-CROSS_TRACKS_M = 12.0
-BEYOND_M = 80.0
-"""How far the road is known past the destination, so that a plan may end there."""
+"""OpenDRIVE's signal type of the cross at a level crossing (StVO sign 201), as in CARLA's landmarks."""
+CROSS_DISTANCE_M = 10.0
+"""Maximum distance from the route to a cross whose level crossing is on the route (m). Ours."""
+CROSS_HALF_LENGTH_M = 12.0
+"""Length of a level crossing before and after its cross (m). Ours."""
+AFTER_END_M = 80.0
+"""Length of the road after the destination (m), so that a plan may end there. Ours."""
 
 
-LAP_M, SAME_PLACE_M = 30.0, 1.5
-"""A route that comes back after this distance to within this distance of its own line goes in a circle."""
+LAP_M, LAP_DISTANCE_M = 30.0, 1.5
+"""Length of a lap, and distance to the route's earlier line, from which a route repeats a lap (m). Ours."""
 
 
 @dataclass(frozen=True)
 class Station:
-    """One sample of the route: its waypoint and the lanes beside it."""
+    """One sample of the route: its waypoint and the adjacent lanes."""
 
     x: float
     y: float
@@ -54,17 +59,17 @@ class Station:
 
 
 class RouteRoad:
-    """Stations every two metres along a route, extended a little at both ends."""
+    """The road along a route as stations every two meters, extended at both ends."""
 
     def __init__(self, carla_map: carla.Map, route: Sequence[RoutePoint]) -> None:
         waypoints = [p.waypoint for p in route]
-        before = _prolonged(waypoints[0], RUN_UP_M, forward=False)[::-1]
-        after = _prolonged(waypoints[-1], BEYOND_M, forward=True)
+        before = _lane_waypoints(waypoints[0], BEFORE_START_M, forward=False)[::-1]
+        after = _lane_waypoints(waypoints[-1], AFTER_END_M, forward=True)
         line, arcs = _resampled([*before, *waypoints, *after])
         self.stations = tuple(_station(w, x, y, heading) for w, x, y, heading in line)
-        self._lanes = _named(self.stations)
+        self._lanes = _named_lanes(self.stations)
         self.start_arc, self.destination_arc = arcs[len(before)], arcs[len(before) + len(waypoints) - 1]
-        """Arc lengths at which the route itself begins and ends."""
+        """Arc lengths of the route's start and end (m)."""
         points = np.array([(s.x, s.y) for s in self.stations])
         self.arc = arc_lengths(points)
         self._points = points
@@ -73,7 +78,7 @@ class RouteRoad:
         self._level_crossings = _level_crossing_spans(carla_map, points, self.arc)
 
     def arc_of(self, x: float, y: float, first: int, last: int) -> float:
-        """Return the arc length of the point of stations `first` to `last` that is nearest to a place (m)."""
+        """Return the arc length of the point nearest to (x, y) between the stations `first` and `last` (m)."""
         k = nearest_index(self._points[max(first, 0) : last], x, y) + max(first, 0)
         j = min(k, len(self._points) - 2)
         direction = self._points[j + 1] - self._points[j]
@@ -81,36 +86,36 @@ class RouteRoad:
         return float(self.arc[j]) + along
 
     def new_ground(self, arc_m: float) -> float:
-        """Return how much of the route up to an arc length is on ground that it has not covered before (m)."""
+        """Return the length of the route up to an arc length without repeated stretches (m)."""
         return float(np.interp(arc_m, self.arc, self._new_m))
 
     def crossing(self, transform: carla.Transform) -> float | None:
-        """Return the arc length at which a lane's waypoint lies on the route in its direction, or None."""
+        """Return the arc length of a waypoint on the route in the route's direction (m); None if it is elsewhere."""
         x, y = to_local(transform.location)
-        away = distances(self._points, x, y)
-        k = min(int(away.argmin()), len(self._points) - 2)
-        if away[k] > ON_ROUTE_M:
+        distances_m = distances(self._points, x, y)
+        k = min(int(distances_m.argmin()), len(self._points) - 2)
+        if distances_m[k] > ON_ROUTE_M:
             return None
         dx, dy = self._points[k + 1] - self._points[k]
         turn = math.remainder(yaw_to_local(transform.rotation.yaw) - math.atan2(dy, dx), math.tau)
         return self.arc_of(x, y, k - 2, k + 3) if abs(turn) < math.pi / 3 else None
 
     def fine_line(self) -> tuple[Any, Any, Any, Any]:
-        """(arc length, x, y, z) of the route every quarter metre, in CARLA's world."""
-        arc = np.arange(0.0, float(self.arc[-1]), FINE_M)
+        """Return (arc length, x, y, z) of the route every quarter meter, in CARLA's world frame (m)."""
+        arc = np.arange(0.0, float(self.arc[-1]), FINE_SPACING_M)
         x, y = (np.interp(arc, self.arc, column) for column in self._points.T)
         heights = [station.waypoint.transform.location.z for station in self.stations]
         return arc, x, -y, np.interp(arc, self.arc, heights)
 
     def slice(self, arc_m: float, speed_limit_mps: float | None) -> RoadGeometry:
-        """Return the geometry around a place, for one episode."""
+        """Return the road geometry around an arc length, from `BEHIND_M` behind it to `AHEAD_M` ahead of it."""
         first = int(np.searchsorted(self.arc, arc_m - BEHIND_M))
         last = int(np.searchsorted(self.arc, arc_m + AHEAD_M))
-        part = self.stations[first:last]
+        stations = self.stations[first:last]
         base = float(self.arc[first])
         end = float(self.arc[min(last, len(self.arc)) - 1])
         destination = self.destination_arc if self.destination_arc <= end else None
-        zones = [*_junctions(part, self.arc[first:last])]
+        zones = [*_junctions(stations, self.arc[first:last])]
         zones += [
             Zone(kind=kind, start_m=a, end_m=b)
             for kind, spans in (
@@ -123,7 +128,7 @@ class RouteRoad:
         return RoadGeometry(
             key=f"{id(self)}-{first}-{last}-{speed_limit_mps}",
             spacing_m=SPACING_M,
-            reference=tuple((round(s.x, 3), round(s.y, 3)) for s in part),
+            reference=tuple((round(s.x, 3), round(s.y, 3)) for s in stations),
             lanes=tuple(_strips(self._lanes[first:last], speed_limit_mps)),
             zones=tuple(zones),
             route_start_m=base,
@@ -131,24 +136,24 @@ class RouteRoad:
         )
 
 
-def _prolonged(waypoint: carla.Waypoint, length_m: float, *, forward: bool) -> list[carla.Waypoint]:
-    """Return waypoints every metre straight on (or back) along the lanes, as long as there are any."""
-    found: list[Any] = []
+def _lane_waypoints(waypoint: carla.Waypoint, length_m: float, *, forward: bool) -> list[carla.Waypoint]:
+    """Return waypoints every meter straight ahead (or back) along the lanes, up to the end of the road."""
+    waypoints_along: list[Any] = []
     here = waypoint
-    while len(found) < length_m:
+    while len(waypoints_along) < length_m:
         following = here.next(1.0) if forward else here.previous(1.0)
         if not following:
             break
         yaw = here.transform.rotation.yaw
         here = min(following, key=lambda w: abs(math.remainder(w.transform.rotation.yaw - yaw, 360.0)))
-        found.append(here)
-    return found
+        waypoints_along.append(here)
+    return waypoints_along
 
 
 def _resampled(waypoints: list[carla.Waypoint]) -> tuple[list[tuple[Any, float, float, float]], list[float]]:
-    """Return (waypoint, x, y, heading) every `SPACING_M` along the line through waypoints, with their arc lengths.
+    """Return (waypoint, x, y, heading) every `SPACING_M` along a line of waypoints, and the waypoints' arc lengths.
 
-    In the local frame. There must be two waypoints at different places.
+    The frame is the local one. At least two waypoints must have different positions.
     """
     points = np.array([to_local(w.transform.location) for w in waypoints])
     arc = arc_lengths(points)
@@ -162,27 +167,27 @@ def _resampled(waypoints: list[carla.Waypoint]) -> tuple[list[tuple[Any, float, 
 
 def _station(waypoint: carla.Waypoint, x: float, y: float, heading: float) -> Station:
     junction = bool(waypoint.is_junction)
-    return Station(x, y, waypoint, junction, neighbours(waypoint, x, y, heading, alone=junction))
+    return Station(x, y, waypoint, junction, adjacent_lanes(waypoint, x, y, heading, only_own=junction))
 
 
-def _named(stations: Sequence[Station]) -> list[list[tuple[str, AdjacentLane]]]:
-    """Return the lanes of each station with a name that stays the same while a lane keeps its place."""
+def _named_lanes(stations: Sequence[Station]) -> list[list[tuple[str, AdjacentLane]]]:
+    """Return the lanes of each station with their names. A name stays the same while the lane's place and kind do."""
     named: list[list[tuple[str, AdjacentLane]]] = []
-    before: dict[str, str] = {}
+    names_before: dict[str, str] = {}
     for i, station in enumerate(stations):
-        here = {}
+        names_here = {}
         for lane in station.lanes:
             place = _name(lane.place, lane.kind, lane.direction)
-            here[place] = (before.get(place, f"{place}@{i * SPACING_M:.0f}"), lane)
-        before = {place: name for place, (name, _) in here.items()}
-        named.append(list(here.values()))
+            names_here[place] = (names_before.get(place, f"{place}@{i * SPACING_M:.0f}"), lane)
+        names_before = {place: name for place, (name, _) in names_here.items()}
+        named.append(list(names_here.values()))
     return named
 
 
-def _strips(part: Sequence[Sequence[tuple[str, AdjacentLane]]], limit: float | None) -> list[LaneStrip]:
-    """Return runs of stations in which a lane keeps its place beside the route, as strips, from the route outwards."""
+def _strips(stations: Sequence[Sequence[tuple[str, AdjacentLane]]], limit: float | None) -> list[LaneStrip]:
+    """Return the named lanes of a range of stations as strips, from the route outward."""
     runs: dict[str, list[tuple[int, AdjacentLane]]] = {}
-    for i, lanes in enumerate(part):
+    for i, lanes in enumerate(stations):
         for name, lane in lanes:
             runs.setdefault(name, []).append((i, lane))
     strips = [
@@ -205,31 +210,31 @@ def _name(place: int, kind: LaneKind, direction: LaneDirection) -> str:
     if place == 0:
         return "own"
     side = "left" if place > 0 else "right"
-    what = "oncoming" if direction is LaneDirection.OPPOSITE and kind is LaneKind.DRIVING else kind.value
-    return f"{side}{abs(place)}-{what}"
+    kind_name = "oncoming" if direction is LaneDirection.OPPOSITE and kind is LaneKind.DRIVING else kind.value
+    return f"{side}{abs(place)}-{kind_name}"
 
 
-def _junctions(part: Sequence[Station], arc: Any) -> list[Zone]:
+def _junctions(stations: Sequence[Station], arc: Any) -> list[Zone]:
     zones: list[Zone] = []
     start: float | None = None
-    for i, station in enumerate(part):
+    for i, station in enumerate(stations):
         if station.junction and start is None:
             start = float(arc[i])
         if not station.junction and start is not None:
             zones.append(Zone(kind=ZoneKind.JUNCTION, start_m=start, end_m=float(arc[i])))
             start = None
     if start is not None:
-        zones.append(Zone(kind=ZoneKind.JUNCTION, start_m=start, end_m=float(arc[len(part) - 1])))
+        zones.append(Zone(kind=ZoneKind.JUNCTION, start_m=start, end_m=float(arc[len(stations) - 1])))
     return zones
 
 
 def _crosswalk_spans(carla_map: carla.Map, points: Any, arc: Any) -> list[tuple[float, float]]:
-    """Return where the ego's body meets crosswalks of the map, as one span of arc length per crossing (m)."""
+    """Return the spans of arc length in which the ego's box overlaps crosswalks, one per crossing (m)."""
     steps = shapely.linestrings(np.stack([points[:-1], points[1:]], axis=1))
     spans = []
     for polygon in _crosswalks(carla_map):
-        met = np.flatnonzero(shapely.intersects(steps, polygon))
-        for run in np.split(met, np.flatnonzero(np.diff(met) > 1) + 1) if len(met) else []:
+        crossed = np.flatnonzero(shapely.intersects(steps, polygon))
+        for run in np.split(crossed, np.flatnonzero(np.diff(crossed) > 1) + 1) if len(crossed) else []:
             first, last = int(run[0]), int(run[-1]) + 1
             line = shapely.LineString(points[first : last + 1])
             ends = shapely.get_coordinates(line.intersection(polygon))
@@ -239,39 +244,37 @@ def _crosswalk_spans(carla_map: carla.Map, points: Any, arc: Any) -> list[tuple[
 
 
 def _level_crossing_spans(carla_map: carla.Map, points: Any, arc: Any) -> list[tuple[float, float]]:
-    """Return where the route passes St Andrew's crosses, as spans of arc length (m); tracks are close on either
-    side.
-    """
+    """Return the spans of arc length around St Andrew's crosses along the route (m). The tracks are close to them."""
     spans = []
     for landmark in carla_map.get_all_landmarks_of_type(ANDREWS_CROSS):
         x, y = to_local(landmark.transform.location)
-        away = distances(points, x, y)
-        k = int(away.argmin())
-        if away[k] < CROSS_BESIDE_M:
-            spans.append((float(arc[k]) - CROSS_TRACKS_M, float(arc[k]) + CROSS_TRACKS_M))
+        distances_m = distances(points, x, y)
+        k = int(distances_m.argmin())
+        if distances_m[k] < CROSS_DISTANCE_M:
+            spans.append((float(arc[k]) - CROSS_HALF_LENGTH_M, float(arc[k]) + CROSS_HALF_LENGTH_M))
     return spans
 
 
 def _crosswalks(carla_map: carla.Map) -> list[Any]:
-    """The map's crosswalks as areas, a little wider than they are painted."""
+    """Return the map's crosswalks as areas, enlarged by the ego's half width."""
     outlines: list[list[tuple[float, float]]] = [[]]
     for location in carla_map.get_crosswalks():
-        place = to_local(location)
-        outlines[-1].append(place)
+        point = to_local(location)
+        outlines[-1].append(point)
         # The client lists polygons one after the other, each closed by its first point.
-        if len(outlines[-1]) > 2 and outlines[-1][0] == place:
+        if len(outlines[-1]) > 2 and outlines[-1][0] == point:
             outlines.append([])
-    return [shapely.MultiPoint(outline).convex_hull.buffer(BODY_M) for outline in outlines if len(outline) > 2]
+    return [shapely.MultiPoint(outline).convex_hull.buffer(HALF_WIDTH_M) for outline in outlines if len(outline) > 2]
 
 
 def new_ground(points: Any, arc: Any) -> np.ndarray[Any, Any]:
-    """Return the arc length at each point of a line without the stretches that it covers again (m).
+    """Return the arc length at each point of a line without its repeated stretches (m).
 
-    `points` (n, 2) and `arc` (n,) in metres; the result is (n,). A lap of a roundabout counts once.
+    `points` (n, 2) and `arc` (n,) in meters; the result is (n,). A lap of a roundabout counts once.
     """
-    places = shapely.points(points)
-    here, there = shapely.STRtree(places).query(places, predicate="dwithin", distance=SAME_PLACE_M)
-    again = here[arc[here] - arc[there] > LAP_M]
+    points_2d = shapely.points(points)
+    later, earlier = shapely.STRtree(points_2d).query(points_2d, predicate="dwithin", distance=LAP_DISTANCE_M)
+    is_repeated = later[arc[later] - arc[earlier] > LAP_M]
     steps = np.diff(arc, prepend=arc[0])
-    steps[again] = 0.0
+    steps[is_repeated] = 0.0
     return np.asarray(np.cumsum(steps) + arc[0])

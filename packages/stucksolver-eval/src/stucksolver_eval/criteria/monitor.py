@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
+from stucksolver.plugins import plugins
 from stucksolver_eval.criteria.agent_blocked import Blocked
 from stucksolver_eval.criteria.collision import Collisions
 from stucksolver_eval.criteria.criterion import Criterion, EgoTick, Infraction
@@ -40,7 +41,12 @@ class ScenarioFeed(Protocol):
 
 
 class CriteriaMonitor:
-    """Judges one ego on one route. Call `update` once per tick, `finish` once at the end, then `close`."""
+    """Judges one ego on one route. Call `update` once per tick, `finish` once at the end, then `close`.
+
+    Other distributions add criteria by entry points in `stucksolver.criteria`: a class that is called with the world,
+    its map, the ego and the route's line, and implements `Criterion`. Its infractions are reported; only those of the
+    benchmark's kinds cost points.
+    """
 
     def __init__(
         self, world: carla.World, carla_map: carla.Map, ego: carla.Vehicle, line: RouteLine, stage: ScenarioFeed
@@ -63,6 +69,7 @@ class CriteriaMonitor:
             RouteTimeout(walk, ego),
             TickRuntime(),
             ScenarioEvents(stage.events),
+            *(plugin.load()(world, carla_map, ego, line) for plugin in plugins("criteria")),
         ]
 
     def update(self, moment: EgoTick) -> str | None:

@@ -6,9 +6,9 @@ import importlib
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+from stucksolver.plugins import plugins
 from stucksolver_carla.drivers.behavior import BehaviorDriver, DriverOptions, RoutePoint
 from stucksolver_carla.drivers.behavior.profiles import profile_named
-from stucksolver_carla.drivers.planner import PlannerDriver
 from stucksolver_eval.drivers.agent import RouteDriver
 from stucksolver_eval.drivers.leaderboard import LeaderboardAgent, is_leaderboard_agent
 from stucksolver_eval.drivers.user_agent_driver import UserAgentDriver
@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 
     from stucksolver_perception.carla import PerceivedEgo
 
-OURS = {"behavior": BehaviorDriver, "planner": PlannerDriver}
+OURS: dict[str, type[BehaviorDriver]] = {plugin.name: plugin.load() for plugin in plugins("drivers")}
+"""Drivers by name: those of installed distributions."""
 USUAL = "normal"
 
 

@@ -75,13 +75,6 @@ def corrected_row(summary: Summary) -> Row:
     return ("  corrected", *blanks, number(summary.efficiency_corrected), number(summary.comfort_corrected))
 
 
-def published_row(row: PublishedRow) -> Row:
-    """Return a published result as a row of the table."""
-    ds, sr, efficiency, comfort = row.scores
-    figures = tuple(number(value) for value in (ds, sr, efficiency, comfort))
-    return (row.name, "", "", "", "", "", *figures)
-
-
 ABILITY_HEAD = ("Run", *(name.replace("_", " ") for name in ABILITIES), "Mean")
 
 

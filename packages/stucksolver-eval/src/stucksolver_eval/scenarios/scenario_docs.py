@@ -21,7 +21,7 @@ The 44 types of CARLA's leaderboard, under their public names and with their pub
 client API. This page is generated from the classes by `python -m stucksolver_eval.scenarios.scenario_docs`.
 
 * A type is one small file in `stucksolver_eval/scenarios/types`: the situation, its trigger, and a script that reads
-  from top to bottom, with one `yield` per tick. Shared code is in `stucksolver_eval/scenarios/actions`.
+  from top to bottom, with one `yield` per tick. Shared code is in `stucksolver_eval/scenarios/families`.
 * A scenario starts when the hero's position on its route is less than 2 m before the trigger point. Actors that appear
   later wait below the ground until then.
 * "Limit" is the time after which the scenario counts as failed. While a type with a limit runs, the test for being

@@ -18,8 +18,6 @@ from stucksolver_eval.systems.timed_reasoner import TimedReasoner
 from stucksolver_passenger.memory import Memory
 
 Listener = Callable[[Event], None]
-ASKING = "request_assistance"
-"""Name of the behavior that requests assistance."""
 
 
 class SolverSystem:
@@ -160,7 +158,7 @@ class SolverSystem:
             moves=any(not b.stands_still for b in behaviors),
             finished=False,
         )
-        if ASKING in self._running.behaviors and self.log.asked_s is None:
+        if any(b.calls_person for b in behaviors) and self.log.asked_s is None:
             self.log.asked_s = self._now.time_s
 
     def _end(self, time_s: float, finished: bool, text: str) -> None:

@@ -14,7 +14,7 @@ def _words() -> Iterator[Finding]:
 
     reader = find_reader()
     if isinstance(reader, NoInterpreter):
-        yield Finding("interpreter", "absent", reader.why.split(";")[0], "add the extra [words] (README, Install)")
+        yield Finding("interpreter", "absent", reader.why.split(";")[0], "install stucksolver-language again")
         return
     try:
         reading = reader.read("please go round it", "")
@@ -29,7 +29,7 @@ def _student() -> Iterator[Finding]:
 
     what = "student"
     if importlib.util.find_spec("onnxruntime") is None:
-        yield Finding(what, "absent", "onnxruntime is not installed", "add the extra [distilled] (README, Install)")
+        yield Finding(what, "absent", "onnxruntime is not installed", "install stucksolver-language again")
         return
     try:
         yield Finding(what, "ok", f"{DistilledReasoner().name} loads")

@@ -2,22 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any, cast
 
 from stucksolver.plan.behaviors import REGISTRY
-from stucksolver.scene import (
-    MOTOR_VEHICLES,
-    PASSABLE_KINDS,
-    AvailableBehavior,
-    LaneDirection,
-    LaneKind,
-    LaneRelation,
-    Scene,
-)
-
-OFF_LANE_M = 0.5
-"""Lateral offset from which `rejoin_route` is offered (m). Ours."""
+from stucksolver.scene import AvailableBehavior, Scene
 
 
 def known_behaviors(scene: Scene) -> tuple[AvailableBehavior, ...]:
@@ -26,8 +14,8 @@ def known_behaviors(scene: Scene) -> tuple[AvailableBehavior, ...]:
 
 
 def available(scene: Scene) -> tuple[AvailableBehavior, ...]:
-    """Return the behaviors that have an object or a lane to act on here. The guard still checks each plan."""
-    return tuple(b for b in known_behaviors(scene) if b.name not in NEEDS or NEEDS[b.name](scene))
+    """Return the behaviours that have something to act on here. The guard still judges each plan."""
+    return tuple(b for b in known_behaviors(scene) if REGISTRY[b.name].fits_scene(scene))
 
 
 def signature(behavior: AvailableBehavior) -> str:
@@ -57,39 +45,3 @@ def _bound(parts: list[dict[str, Any]], which: str) -> str | None:
         if exclusive in part:
             return (">" if which == "minimum" else "<") + f"{part[exclusive]:g}"
     return None
-
-
-def _has_adjacent_lane(scene: Scene) -> bool:
-    adjacent = (LaneRelation.LEFT, LaneRelation.RIGHT)
-    return any(x.relation in adjacent and x.direction is LaneDirection.SAME for x in scene.lanes)
-
-
-def _has_oncoming_lane(scene: Scene) -> bool:
-    lanes = any(x.direction is LaneDirection.OPPOSITE and x.kind is LaneKind.DRIVING for x in scene.lanes)
-    return lanes and bool(scene.objects)
-
-
-def _has_lead(scene: Scene) -> bool:
-    return any(o.in_path and o.kind in MOTOR_VEHICLES and o.speed_along_mps > 0.5 for o in scene.objects)
-
-
-def _has_passable_object(scene: Scene) -> bool:
-    return any(o.kind in PASSABLE_KINDS for o in scene.objects)
-
-
-def _is_off_lane(scene: Scene) -> bool:
-    return abs(scene.ego.lateral_offset_m) > OFF_LANE_M
-
-
-def _has_route_start(scene: Scene) -> bool:
-    return bool(scene.waypoints)
-
-
-NEEDS: dict[str, Callable[[Scene], bool]] = {
-    "change_lane": _has_adjacent_lane,
-    "borrow_oncoming_lane": _has_oncoming_lane,
-    "follow_vehicle": _has_lead,
-    "drive_over": _has_passable_object,
-    "rejoin_route": _is_off_lane,
-    "replan": _has_route_start,
-}

@@ -14,7 +14,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from stucksolver.plan.behaviors import REGISTRY, describe
-from stucksolver.scene import AttemptOutcome, LaneRelation, Scene
+from stucksolver.scene import IMMOBILIZED_BELOW_MPS, AttemptOutcome, LaneRelation, Scene
 from stucksolver.scene.base_model import first_problem
 from stucksolver_language.llm.scene_prompt import SAYS, SIGNALS
 
@@ -22,7 +22,7 @@ FAILED = "failed so far:"
 CONTROLS = "controls:"
 PASSENGER = re.compile(r'passenger says (-?\d+) s ago: (".*")$')
 EGO = re.compile(
-    r"ego: (?P<speed>\S+) m/s, below 5 km/h for (?P<stopped>\S+) s, progress in 20 s (?P<progress>\S+) m, "
+    r"ego: (?P<speed>\S+) m/s, below (?P<slow>\S+) km/h for (?P<stopped>\S+) s, progress in 20 s (?P<progress>\S+) m, "
     r"lane (?P<lane>.+) offset (?P<offset>\S+), (?:(?P<left>\S+) m to destination|at destination), "
     r"size (?P<length>[\d.]+)x(?P<width>[\d.]+), limit (?P<limit>\S+) m/s(?:, route: (?P<route>.*))?$"
 )
@@ -120,12 +120,18 @@ def _matched(form: re.Pattern[str], line: str) -> dict[str, str | None]:
     return match.groupdict()
 
 
+def _threshold_mps(kmh: str | None) -> float:
+    """Return the detector's threshold (m/s). The prompt rounds it; the default comes back exactly."""
+    return IMMOBILIZED_BELOW_MPS if kmh == "5" else float(str(kmh)) / 3.6
+
+
 def _ego(fields: dict[str, str | None]) -> tuple[dict[str, Any], str | None, float | None]:
     ego = {
         "speed_mps": _number(fields["speed"]),
         "lane_id": None if fields["lane"] == "none" else fields["lane"],
         "lateral_offset_m": _number(fields["offset"]),
         "stopped_for_s": _number(fields["stopped"]),
+        "immobilized_below_mps": _threshold_mps(fields["slow"]),
         "progress_20s_m": _number(fields["progress"]),
         "distance_to_destination_m": 0.0 if fields["left"] is None else _number(fields["left"]),
         "at_destination": fields["left"] is None,

@@ -102,7 +102,7 @@ def _matters(lane: SceneLane) -> bool:
 def _ego(scene: Scene) -> str:
     ego = scene.ego
     parts = [
-        f"ego: {_n(ego.speed_mps)} m/s, below 5 km/h for {_n(ego.stopped_for_s)} s",
+        f"ego: {_n(ego.speed_mps)} m/s, below {_n(3.6 * ego.immobilized_below_mps)} km/h for {_n(ego.stopped_for_s)} s",
         f"progress in 20 s {_n(ego.progress_20s_m)} m",
         f"lane {ego.lane_id or 'none'} offset {_n(ego.lateral_offset_m)}",
         "at destination" if ego.at_destination else f"{_n(ego.distance_to_destination_m)} m to destination",

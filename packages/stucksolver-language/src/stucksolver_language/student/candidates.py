@@ -12,7 +12,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from stucksolver.plan import RecoveryPlan
-from stucksolver.plan.behaviors import Behavior, parse_behavior
+from stucksolver.plan.behaviors import REGISTRY, Behavior, parse_behavior
 from stucksolver.scene import Scene
 from stucksolver_language.llm.offered_behaviors import available
 
@@ -29,8 +29,6 @@ a meter.
 """
 MOST_IDS = 3
 """Number of objects or waypoints to try for each parameter that names one. Ours."""
-CALLS = frozenset({"request_assistance"})
-"""Behaviors that query a person. A search has no person to answer."""
 AWAY_M, AWAY_MPS = (15.0, 20.0), (1.08, 1.8)
 """Distances (m) and speeds (m/s) of a short lane change before the return.
 
@@ -101,7 +99,9 @@ def offered(scene: Scene, steps: int) -> tuple[Behavior, ...]:
     """
     found: list[Behavior] = []
     for item in scene.behaviors:
-        if item.name in CALLS:
+        kind = REGISTRY.get(item.name)
+        # A plan that calls a person is no candidate: the search that labels the plans has no person to call.
+        if kind is None or kind.calls_person:
             continue
         properties: Any = item.parameters["properties"]
         axes = {name: _values(name, schema, scene, steps) for name, schema in properties.items()}

@@ -12,7 +12,6 @@ from stucksolver.plan import (
     Participant,
     WaitReason,
 )
-from stucksolver.reasoners.rules.analyze import MOVING_MPS
 from stucksolver.scene import Scene
 from stucksolver.scene.wording import whereabouts
 from stucksolver_language.student.chain_codec import ChainError, ReasoningChain
@@ -74,7 +73,7 @@ def _steps(chain: ReasoningChain, scene: Scene, reason: str) -> list[tuple[str, 
     if chain.asked is not None:
         return [("S2.1", chain.plan is not None, reason)]
     ego = scene.ego
-    moving = ego.speed_mps >= MOVING_MPS and not chain.immobilized
+    moving = not ego.is_slow and not chain.immobilized
     held = chain.wait in HELD_BY
     motion = f"{abs(ego.speed_mps):.1f} m/s, stopped for {ego.stopped_for_s:.1f} s"
     left = ego.distance_to_destination_m

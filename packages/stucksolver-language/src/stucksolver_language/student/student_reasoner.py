@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 
 from stucksolver.plan import CauseCode, Decision, Intent, RecoveryPlan, WaitReason
-from stucksolver.plan.behaviors import RequestAssistance
 from stucksolver.reasoners.reasoner import (
     ACCEPTED,
     PARSERS,
@@ -19,7 +18,7 @@ from stucksolver.reasoners.reasoner import (
     ReasonerTrace,
 )
 from stucksolver.reasoners.rules import RuleReasoner
-from stucksolver.reasoners.rules.analyze import LIGHT_AHEAD_M, MOVING_MPS, blocker, loops, red_light_within
+from stucksolver.reasoners.rules.analyze import LIGHT_AHEAD_M, blocker, loops, red_light_within
 from stucksolver.reasoners.rules.observe import goes_first
 from stucksolver.scene import REQUESTS, GuidanceIntent, ObjectKind, Scene
 from stucksolver_language.student.candidates import candidates
@@ -40,9 +39,6 @@ from stucksolver_language.student.scene_codec import write_scene
 
 DUTIES = frozenset({WaitReason.LIGHT, WaitReason.STOP_SIGN, WaitReason.PEOPLE, WaitReason.YIELD})
 """Reasons that oblige the vehicle to wait by the rules of the road, no matter when the wait will end."""
-
-IN_LANE = frozenset({"back_up", "creep", "follow_vehicle", "keep_lane"})
-"""Behaviors that keep to the lane. A plan of only these cannot pass an object that blocks the lane."""
 
 
 @dataclass(frozen=True)
@@ -131,7 +127,7 @@ class DistilledReasoner:
             controls=tuple(n for n, c in enumerate(scene.controls) if c.applies is not False)[:MOST_CONTROLS],
             participants=_participants(encoded, numbers),
             asked=asked,
-            immobilized=(stuck and scene.ego.speed_mps < MOVING_MPS) or loops(scene),
+            immobilized=(stuck and scene.ego.is_slow) or loops(scene),
             cause=_cause(scene, numbers, rules_decision.analysis.cause) if stuck and asked is None else None,
             wait=wait,
             ends=ends,
@@ -147,7 +143,7 @@ class DistilledReasoner:
         choice = self._choice
         if rules_wait in DUTIES:
             return rules_wait
-        if scene.guidance is not None or scene.ego.speed_mps >= MOVING_MPS:
+        if scene.guidance is not None or not scene.ego.is_slow:
             return None
         if soon < choice.soon or scene.ego.stopped_for_s > choice.longest_s:
             return None
@@ -167,7 +163,7 @@ class DistilledReasoner:
     ) -> RecoveryPlan | None:
         """Return the best plan that the guard accepts; or else the rules' plan, for which a gap may open."""
         ranked = self._ranked(request.scene, plans, numbers, own)
-        if own is not None and any(isinstance(b, RequestAssistance) for b in own.behaviors):
+        if own is not None and any(b.calls_person for b in own.behaviors):
             if request.check is None or held_by_law(request.scene):
                 return own
             worth = dict(zip(plans, numbers.value, strict=True))
@@ -192,7 +188,7 @@ class DistilledReasoner:
         ranked = []
         for number, plan in enumerate(plans):
             ours = plan == own
-            stays = blocked and IN_LANE.issuperset(b.name for b in plan.behaviors)
+            stays = blocked and all(b.stays_behind_blocker for b in plan.behaviors)
             if (accepted[number] < self._choice.unlikely or stays) and not ours:
                 continue
             # With guidance, the match with the utterance ranks the plans; without guidance, their value does.
@@ -218,7 +214,7 @@ def _wanted(scene: Scene) -> bool:
     """True if a plan is permitted: the passenger requests it, or the vehicle makes no progress."""
     if scene.guidance is not None:
         return _asked(scene) in REQUESTS
-    return (scene.ego.speed_mps < MOVING_MPS or loops(scene)) and not scene.ego.at_destination
+    return (scene.ego.is_slow or loops(scene)) and not scene.ego.at_destination
 
 
 def _unheld(scene: Scene, rules_decision: Decision) -> bool:

@@ -22,8 +22,6 @@ MOST_DAYS = 365
 
 Older ones are deleted: streets and cars change, and utterances must not be stored indefinitely. Ours.
 """
-PAGE_BYTES = 4096
-"""Page size of the file (bytes): SQLite's default."""
 MOST_PAGES = 16_384
 """Maximum number of pages: the file never exceeds 64 MB. Ours."""
 BUSY_S = 5.0

@@ -2,13 +2,12 @@
 
 from stucksolver_passenger.sentences.acknowledgements import acknowledged
 from stucksolver_passenger.sentences.nouns import noun, noun_of, nouns
-from stucksolver_passenger.sentences.plans import PlanPhrase, future_phrase, present_phrase
+from stucksolver_passenger.sentences.plans import future_phrase, present_phrase
 from stucksolver_passenger.sentences.questions import needed, question_text
 from stucksolver_passenger.sentences.reasons import blocked_by, waiting
 from stucksolver_passenger.sentences.rejections import rejection_sentence
 
 __all__ = [
-    "PlanPhrase",
     "acknowledged",
     "blocked_by",
     "future_phrase",

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from stucksolver.plan.behaviors import REGISTRY
 from stucksolver.solver import Question, QuestionKind
-from stucksolver_passenger.sentences.plans import BEHAVIORS, future_phrase
+from stucksolver_passenger.sentences.plans import future_phrase
 
 NEEDS: dict[str, str] = {
     "solid_line": "I would cross a solid line.",
@@ -12,9 +13,8 @@ NEEDS: dict[str, str] = {
     "level_crossing": "I would cross a level crossing.",
     "flagger": "I would pass someone who directs the traffic.",
     "red_light": "I would drive through a red light.",
-    "borrow_oncoming_lane": "I would use the lane of the oncoming traffic.",
 }
-"""Approvals beyond the plan's own phrase: rules of the guard, and behaviors that deserve a warning."""
+"""Approvals beyond the plan's own phrase: rules of the guard. A behavior has its own `approval_note`."""
 
 ADVICE = "I cannot get any further by myself. What shall I do?"
 ASSISTANCE = "I have stopped, and I need help. May I try again?"
@@ -26,10 +26,11 @@ def needed(names: tuple[str, ...]) -> tuple[str, ...]:
     Raises:
         KeyError: There is no sentence for a name.
     """
-    unknown = [name for name in names if name not in NEEDS and name not in BEHAVIORS]
+    unknown = [name for name in names if name not in NEEDS and name not in REGISTRY]
     if unknown:
         raise KeyError(f"no sentence for: {', '.join(unknown)}. Add it to NEEDS")
-    return tuple(NEEDS[name] for name in names if name in NEEDS)
+    notes = (NEEDS[name] if name in NEEDS else REGISTRY[name].approval_note for name in names)
+    return tuple(note for note in notes if note is not None)
 
 
 def question_text(question: Question) -> str:

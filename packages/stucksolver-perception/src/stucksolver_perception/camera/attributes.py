@@ -46,7 +46,7 @@ class AttributeReader:
         Args:
             frame: The image.
             rig: The camera that took it.
-            boxes: (n, 7) centre x, y, z, length, width, height (m), yaw (rad) in the vehicle frame of that moment.
+            boxes: (n, 7) center x, y, z, length, width, height (m), yaw (rad) in the vehicle frame of that moment.
 
         Returns:
             One answer for each box, in order; nothing is known of boxes out of view, too small, or

@@ -26,7 +26,7 @@ NEAR_M = 4.0
 JUMP_M, JUMP_SHARE = 1.0, 0.1
 """The range jumps if it changes by more than this, and this share of itself."""
 BESIDE_RAD = math.radians(1.6)
-"""Rays this close are neighbours: of those between them, some may be lost."""
+"""Rays this close are neighbors: of those between them, some may be lost."""
 GAP_RAD = math.radians(2.6)
 """If no ray came back for longer, the sky begins here. Six rays of the shipped LiDAR, of which half are lost."""
 LOW_M = 0.3

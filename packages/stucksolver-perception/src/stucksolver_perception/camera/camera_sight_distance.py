@@ -37,7 +37,7 @@ STEP_M = 2.5
 NEAR_M = 25.0
 """Up to here sight is the LiDAR's task; the detector's recall counts from here on."""
 SIDES_M = (-0.7, 0.0, 0.7)
-"""Points of a car beside the lane's centre (m)."""
+"""Points of a car beside the lane's center (m)."""
 UPPER_M = (1.0, 1.2)
 """Their heights above the road (m); all must be uncovered."""
 LOW_M = 0.4
@@ -45,7 +45,7 @@ LOW_M = 0.4
 in part applies.
 """
 CORRIDOR_M = 7.0
-"""A line of sight stays over a two-lane road within this distance of the lane's centre."""
+"""A line of sight stays over a two-lane road within this distance of the lane's center."""
 EYE_CLEARANCE_M = 0.2
 """A line of sight passes at least this far above the road's crests."""
 MARGIN_PX = 6.0
@@ -117,7 +117,7 @@ class LaneCoverage:
     """Distance up to which a whole vehicle would be seen; beyond, something nearer may cover its lower part."""
 
     def moved(self, metres: float) -> LaneCoverage:
-        """The same after the line's start has moved on by some metres."""
+        """The same after the line's start has moved on by some meters."""
         visible_m, whole_m = max(self.visible_m - metres, 0.0), max(self.whole_m - metres, 0.0)
         return replace(self, visible_m=visible_m, whole_m=whole_m)
 
@@ -134,8 +134,8 @@ class CameraSight:
         Args:
             time_s: Time of the image (s).
             look: `FarDetections.look`.
-            line: The lane's centre (k, 2) or (k, 3) in the vehicle frame, from where sight is needed.
-            blockers: (n, 7) boxes of everything known to be around, in the vehicle frame: centre, size, yaw.
+            line: The lane's center (k, 2) or (k, 3) in the vehicle frame, from where sight is needed.
+            blockers: (n, 7) boxes of everything known to be around, in the vehicle frame: center, size, yaw.
         """
         points, along = resampled(line, STEP_M)
         if not len(along):
@@ -150,7 +150,7 @@ class CameraSight:
         return LaneCoverage(time_s, visible, look, float(along[part[0]]) if len(part) else math.inf)
 
     def visible_length_m(self, line: Floats, now: LaneCoverage, earlier: Sequence[LaneCoverage] = ()) -> float:
-        """Return the metres of the lane, from its start, in which a vehicle would have been detected by now.
+        """Return the meters of the lane, from its start, in which a vehicle would have been detected by now.
 
         Misses of two looks often have a common cause. So a further look counts with the measured share of repeated
         misses, never as independent, and only up to `MOST_LOOKS`.

@@ -23,7 +23,7 @@ NEAREST_M = 0.5
 SAMPLES = 2
 """Large crops are first thinned to about this many samples per pixel of the crop, for speed."""
 FILL = 114
-"""Grey outside the image."""
+"""Gray outside the image."""
 FEATURES = 10
 """Number of columns of `features_of`."""
 _SIGNS = np.array([[x, y, z] for x in (0.5, -0.5) for y in (0.5, -0.5) for z in (0.5, -0.5)])
@@ -53,7 +53,7 @@ class CropWindows:
 
 
 def corners_of(boxes: Floats) -> Floats:
-    """(n, 8, 3): corners of boxes (n, 7) of centre x, y, z, length, width, height (m), yaw (rad)."""
+    """(n, 8, 3): corners of boxes (n, 7) of center x, y, z, length, width, height (m), yaw (rad)."""
     local = _SIGNS[None] * boxes[:, None, 3:6]
     cos, sin = np.cos(boxes[:, 6, None]), np.sin(boxes[:, 6, None])
     turned = np.stack(
@@ -92,12 +92,12 @@ def cut_crops(rgb: Pixels, center: Floats, side: Floats, pixels: int = CROP_PX) 
 
     Args:
         rgb: (height, width, 3).
-        center: (n, 2) column and row of the squares' centres (px).
+        center: (n, 2) column and row of the squares' centers (px).
         side: (n,) sides of the squares (px).
         pixels: Side of the returned crops.
 
     Returns:
-        (n, pixels, pixels, 3); the area outside the image is grey.
+        (n, pixels, pixels, 3); the area outside the image is gray.
     """
     from PIL import Image
 
@@ -106,7 +106,7 @@ def cut_crops(rgb: Pixels, center: Floats, side: Floats, pixels: int = CROP_PX) 
     for crop, (column, row), size in zip(crops, center.tolist(), side.tolist(), strict=True):
         scale = pixels / size
         left, top = column - size / 2.0, row - size / 2.0
-        # The target's pixels whose centres lie in the image.
+        # The target's pixels whose centers lie in the image.
         first_x, last_x = _inside(left, size, width, pixels)
         first_y, last_y = _inside(top, size, height, pixels)
         if first_x >= last_x or first_y >= last_y:

@@ -43,7 +43,7 @@ class FarDetections:
     label: NDArray[np.int64]
     """(n,): index into `far_strip.LABELS`."""
     towards: Floats
-    """(n,): probability that its front is visible, so that it comes towards us; means little for people."""
+    """(n,): probability that its front is visible, so that it comes toward us; means little for people."""
     look: Floats
     """(2,): brightness and contrast of the image at the horizon, see `far_strip.look_of`."""
 
@@ -98,8 +98,8 @@ def decode(
 
     Args:
         peaks: (labels, h, w): the heat at its local peaks, 0 elsewhere.
-        rest: (6, h, w): log of width and height, shift of the centre across and down, of the lower edge (cells), and
-            the logit of coming towards us.
+        rest: (6, h, w): log of width and height, shift of the center across and down, of the lower edge (cells), and
+            the logit of coming toward us.
         time_s: Time of the image (s).
         top: The strip's first row in the image.
         threshold: Lower peaks are left out.

@@ -14,7 +14,7 @@ from stucksolver_perception.rig import CameraRig
 STEP_M = 1.0
 """Distance between the places on the lane that are compared."""
 LANE_SIGMA_M = 0.8
-"""Distance of vehicles from the lane's centre."""
+"""Distance of vehicles from the lane's center."""
 NEAREST_M = 5.0
 
 
@@ -26,7 +26,7 @@ class LanePlaces:
     """(n,): distance along the lane's line from its start."""
     sigma_m: Floats
     xy: Floats
-    """(n, 2): position on the lane's centre, in the vehicle frame."""
+    """(n, 2): position on the lane's center, in the vehicle frame."""
     misfit: Floats
     """(n,): the smallest sum of squared errors of column, row and size, each in standard deviations. Above 9 the
     lane is hardly the right one. Infinite if no part of the lane is ahead.
@@ -40,7 +40,7 @@ def on_lane(found: FarDetections, rig: CameraRig, model: RangeModel, line: Float
         found: From `FarDetector.detect`.
         rig: The same camera.
         model: See `RangeModel.from_card`.
-        line: The lane's centre (k, 2) or (k, 3) in the vehicle frame. With heights, the row in which a vehicle touches
+        line: The lane's center (k, 2) or (k, 3) in the vehicle frame. With heights, the row in which a vehicle touches
             the road has only the detector's own error; without, the error is that of a flat road.
     """
     course, along = resampled(line, STEP_M)
@@ -51,7 +51,7 @@ def on_lane(found: FarDetections, rig: CameraRig, model: RangeModel, line: Float
         return LanePlaces(nothing, nothing, np.stack([nothing, nothing], 1), np.full(len(found), np.inf))
     course, along, column, row, ahead = (item[front] for item in (course, along, column, row, ahead))
     near_m = np.array(model.half_length_m)[found.label]
-    # A vehicle's lower edge is that of its near end, half a length before its centre.
+    # A vehicle's lower edge is that of its near end, half a length before its center.
     edge = np.interp(along[None] - near_m[:, None], along, row)
     row_sigma = model.row_noise_px if line.shape[1] > 2 else model.row_sigma_px
     bias = 0.0 if line.shape[1] > 2 else model.row_bias_px

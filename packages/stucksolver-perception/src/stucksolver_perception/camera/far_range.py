@@ -38,7 +38,7 @@ class RangeModel:
     size_sigma: tuple[float, ...]
     """For each label, of the range's logarithm."""
     half_length_m: tuple[float, ...]
-    """For each label: distance from the nearest edge on the road to the centre (m)."""
+    """For each label: distance from the nearest edge on the road to the center (m)."""
     inflation: float
     """Factor on the fused standard deviation: the two sources are not quite independent."""
 
@@ -62,7 +62,7 @@ class FarPlaces:
     """Positions of detections in the vehicle frame; equal lengths n."""
 
     range_m: Floats
-    """(n,): distance from the lens along the ground to the object's centre (m)."""
+    """(n,): distance from the lens along the ground to the object's center (m)."""
     range_sigma_m: Floats
     xy: Floats
     """(n, 2)."""
@@ -112,7 +112,7 @@ def ranges_of(found: FarDetections, rig: CameraRig, model: RangeModel, pitch_rad
 
 
 def by_row_of(found: FarDetections, rig: CameraRig, model: RangeModel, pitch_rad: float = 0.0) -> tuple[Floats, Floats]:
-    """Return the inverse range to the centre (1/m) from the lower edge on a flat road, and its standard deviation."""
+    """Return the inverse range to the center (1/m) from the lower edge on a flat road, and its standard deviation."""
     scale = rig.focal_px * rig.mount.z_m
     below = np.maximum(found.row - model.row_bias_px - horizon_row(rig, pitch_rad), scale / FARTHEST_M)
     range_m = scale / below + np.array(model.half_length_m)[found.label]

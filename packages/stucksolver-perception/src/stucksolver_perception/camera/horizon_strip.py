@@ -16,7 +16,7 @@ STRIDE = 4
 LABELS = ("vehicle", "two_wheeler", "person")
 """The detector's own labels, coarser than those of the LiDAR."""
 FILL = 114
-"""Grey beyond the image's edges."""
+"""Gray beyond the image's edges."""
 BAND_ROWS = 12
 """Rows on either side of the horizon in which contrast is measured: about the height of a car 150 m away."""
 RED_GREEN_BLUE = (299, 587, 114)
@@ -52,7 +52,7 @@ def is_dirty(frame: CameraFrame, rig: CameraRig) -> bool:
 
 
 def cut_rows(rgb: Pixels, top: int, rows: int) -> Pixels:
-    """(rows, width, 3): rows of an image from `top` on; grey outside."""
+    """(rows, width, 3): rows of an image from `top` on; gray outside."""
     height = len(rgb)
     if top >= 0 and top + rows <= height:
         return rgb[top : top + rows]

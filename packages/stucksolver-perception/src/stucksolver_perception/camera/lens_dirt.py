@@ -1,14 +1,14 @@
 """Notices dirt on a camera's lens: it stays at the same pixels while the scene moves.
 
 Edges are watched, never areas: a sky or a dark road stays the same as well. Where the motion of the scene is known, an
-edge across it cannot stay at its pixels; edges along it can (kerbs, solid lines), and prove nothing. What else stays:
+edge across it cannot stay at its pixels; edges along it can (curbs, solid lines), and prove nothing. What else stays:
 
 * A vehicle ahead at the same speed, clouds, houses far away. So while the vehicle drives straight on, only the road
   right ahead of the lens is watched, where no other vehicle is for long.
 * The vehicle's own shadow, bonnet and light on that road. They are in one place, or one line. Dirt counts there only if
   it is spread over the width of the image.
 * Dirt in one place must stay while the vehicle turns, which moves all the rest sideways, to the left and to the right:
-  kerbs, and a vehicle ahead, stay where they are all around a roundabout. It must not reach the lower edge of the
+  curbs, and a vehicle ahead, stay where they are all around a roundabout. It must not reach the lower edge of the
   image, as the vehicle's own parts do. At night, it counts only above the horizon: headlights draw edges on the road.
 
 Nothing is learned while the vehicle stands: what is known of the lens stays known.
@@ -30,7 +30,7 @@ SAMPLES_WIDE = 400
 COARSE = 4
 """In turns, samples are this many times as wide and high, for smears without sharp edges."""
 NEAR_M = 7.5
-"""Only the road nearer to the lens is watched while driving straight on. It moves by 40 px and more in each metre."""
+"""Only the road nearer to the lens is watched while driving straight on. It moves by 40 px and more in each meter."""
 DRIVEN_M = 1.0
 """Least distance between two looks at it."""
 STRAIGHT_PER_M = 0.02

@@ -48,8 +48,8 @@ class LightReader:
         Args:
             frame: The image.
             rig: The camera that took it.
-            heads: For each light (k, 7): centre x, y, z, half sizes x, y, z (m) and yaw (rad) of each of its heads in
-                the vehicle frame. A head shows its lamps towards its negative y axis, as in CARLA.
+            heads: For each light (k, 7): center x, y, z, half sizes x, y, z (m) and yaw (rad) of each of its heads in
+                the vehicle frame. A head shows its lamps toward its negative y axis, as in CARLA.
 
         Returns:
             One answer for each light, in order; unknown if none of its heads can be read with certainty.
@@ -118,7 +118,7 @@ def combined(shares: Floats, least: Floats) -> LightLook:
 
 
 def boxes_of_heads(heads: Floats) -> Floats:
-    """Convert heads (k, 7: centre, half sizes, yaw) to boxes (k, 7: centre, length, width, height, yaw)."""
+    """Convert heads (k, 7: center, half sizes, yaw) to boxes (k, 7: center, length, width, height, yaw)."""
     boxes = np.array(heads, dtype=np.float64).reshape(-1, 7)
     boxes[:, 3:6] *= 2.0
     return boxes

@@ -292,7 +292,7 @@ class EgoPerception:
 
 
 def _heads(world: carla.World) -> Mapping[int, Floats]:
-    """Boxes of the heads of all lights, by the light's id: (k, 7) centre, half sizes and yaw in the local frame.
+    """Boxes of the heads of all lights, by the light's id: (k, 7) center, half sizes and yaw in the local frame.
 
     They do not move and are known in advance, as in a high-definition map.
     """

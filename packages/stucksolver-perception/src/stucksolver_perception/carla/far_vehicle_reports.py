@@ -3,12 +3,12 @@
 A camera range is off by a tenth, and its rate is measured only after a second or two. So the report is not the
 likeliest one but the one that is worse for a user of the lane:
 
-* The position is on the centre of its lane, two standard deviations of the range nearer than measured.
-* In a lane that leads towards us it comes, with the measured speed and two standard deviations more. Before the rate is
+* The position is on the center of its lane, two standard deviations of the range nearer than measured.
+* In a lane that leads toward us it comes, with the measured speed and two standard deviations more. Before the rate is
   known, this is no more than the fastest traffic of the road drives, as for what is not seen (`sight.FASTEST_SHARE`).
   It is reported otherwise only if it surely drives away from us.
 * In a lane that leads away from us it is reported once its rate is known well enough. Before that nothing is claimed,
-  but sight ends there. It comes towards us only if the rate leaves no doubt.
+  but sight ends there. It comes toward us only if the rate leaves no doubt.
 * In a junction lanes overlap: there the visible side, front or rear, decides.
 * On no lane along the line of sight it is not reported, because its way cannot be measured. Sight ends there, too.
 """
@@ -33,7 +33,7 @@ SURELY_MPS = 1.0
 KNOWN_SD_MPS = 3.0
 """Standard deviation of a rate that is known well enough."""
 MEASURED_HITS = 8
-"""Detections, about a second and a half, before a vehicle in a lane towards us is believed to drive away."""
+"""Detections, about a second and a half, before a vehicle in a lane toward us is believed to drive away."""
 FASTEST_MPS = 36.0
 """130 km/h: no vehicle is reported as faster than motorway traffic."""
 ALONG_COS = math.cos(math.radians(30.0))

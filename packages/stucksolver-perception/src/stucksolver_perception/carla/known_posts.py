@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 LIGHT_TYPE = "1000001"
 """OpenDRIVE's type of traffic lights, in CARLA's maps and ours."""
 PLACE_M = 0.6
-"""A post is seen within this distance of its place on the map: the error of the localiser and of a small cluster."""
+"""A post is seen within this distance of its place on the map: the error of the localizer and of a small cluster."""
 NARROW_M = 0.8
 """What is wider is not a post alone (m)."""
 SLOW_MPS = 0.6
@@ -39,7 +39,7 @@ def sign_places(carla_map: carla.Map) -> dict[int, tuple[float, float]]:
 
 
 class KnownPosts:
-    """The posts of one map, local frame, metres."""
+    """The posts of one map, local frame, meters."""
 
     def __init__(self, places: Sequence[tuple[float, float]]) -> None:
         self._places = tuple(places)

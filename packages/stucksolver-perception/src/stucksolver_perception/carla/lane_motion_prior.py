@@ -29,13 +29,13 @@ SURE_SDS = 2.0
 ACROSS_MPS = 0.15
 """Standard deviation of a track's speed across its lane next to the ego, ..."""
 ACROSS_FARTHER = 0.006
-"""... and what each metre of distance adds (m/s): the errors of moving cars in recordings of seven drives, with some
+"""... and what each meter of distance adds (m/s): the errors of moving cars in recordings of seven drives, with some
 reserve.
 """
 SETTLED_MPS = 1.0
 """Until the tracker knows a new track's speed across the lane this well, its own standard deviation is used."""
 SLOW_MPS = 1.5
-"""A slower vehicle may be manoeuvring."""
+"""A slower vehicle may be maneuvering."""
 
 
 class OnLanes:

@@ -23,7 +23,7 @@ from stucksolver.scene import LaneSight
 from stucksolver.scene.frenet import Lane, RoadFrame
 from stucksolver.scene.objects import TrackedObject
 from stucksolver.scene.surroundings import EgoState
-from stucksolver_carla.stack.line_of_sight import may_stand_in
+from stucksolver_carla.stack.line_of_sight import is_sight_lane
 from stucksolver_perception.cycle_data import PerceptionResult
 from stucksolver_perception.free_space import AZIMUTHS, FreeSpace, footprints
 from stucksolver_perception.measurements import Floats
@@ -67,7 +67,7 @@ class SensorLaneSight:
         found = []
         known = _moving(percept)
         for lane in self._frame.lanes:
-            if not may_stand_in(lane.strip) or not lane.start_m - 2.0 <= ego_s <= lane.end_m + 2.0:
+            if not is_sight_lane(lane.strip) or not lane.start_m - 2.0 <= ego_s <= lane.end_m + 2.0:
                 continue
             ahead = self._line(lane, np.arange(ego_s, min(lane.end_m, ego_s + RANGE_M), STEP_M))
             behind = self._line(lane, np.arange(ego_s, max(lane.start_m, ego_s - RANGE_M), -STEP_M))
@@ -92,7 +92,7 @@ class SensorLaneSight:
         return ahead, behind
 
     def _line(self, lane: Lane, stations: Floats) -> Floats:
-        """(k, 2): positions of the lane's centre in the local frame."""
+        """(k, 2): positions of the lane's center in the local frame."""
         x, y, _ = self._frame.to_local(stations, np.interp(stations, lane.s, lane.centre))
         return np.stack([x, y], axis=1)
 
@@ -104,9 +104,9 @@ def _moving(percept: PerceptionResult) -> Floats:
 
 
 def visible_ahead_m(percept: PerceptionResult, line: Floats, fastest_mps: float) -> float:
-    """Return the metres of a lane in which nobody is, as seen now.
+    """Return the meters of a lane in which nobody is, as seen now.
 
-    The line is the lane's centre (k, 2) in the local frame, from beside the ego on. `fastest_mps` is the highest speed
+    The line is the lane's center (k, 2) in the local frame, from beside the ego on. `fastest_mps` is the highest speed
     in it.
     """
     if len(line) < 2:
@@ -121,7 +121,7 @@ def visible_ahead_m(percept: PerceptionResult, line: Floats, fastest_mps: float)
 
 
 def free_length_m(seen: FreeSpace, blocked_m: Floats, course: Floats, from_m: float) -> float:
-    """Return the metres of a line (k, 2; vehicle frame) up to where the LiDAR found something tall that is nearer.
+    """Return the meters of a line (k, 2; vehicle frame) up to where the LiDAR found something tall that is nearer.
 
     `blocked_m` (AZIMUTHS,) says how near, by direction. Only beyond `from_m`. What lies in one bin of directions with
     something tall counts as behind it.

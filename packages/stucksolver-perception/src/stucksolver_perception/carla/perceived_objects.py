@@ -56,7 +56,7 @@ class PerceivedBoxes:
     """See `SeesBodies`."""
 
     doubt_m: ClassVar[float] = 0.3
-    """Of the detector's boxes and the localiser's pose together, within seconds (m)."""
+    """Of the detector's boxes and the localizer's pose together, within seconds (m)."""
 
     def __init__(self, eyes: EgoPerception, range_m: float) -> None:
         self._eyes, self._range_m = eyes, range_m
@@ -89,12 +89,12 @@ class PerceivedTracker:
     @property
     def pushes(self) -> bool:
         """True if the ego pushed something at the last look."""
-        return bool(self._pushing.now)
+        return bool(self._pushing.pushed_ids)
 
     def watch(self, ego: EgoFootprint, now_s: float) -> NearbyObjects:
         """Look around and note what the ego pushes."""
         seen = bodies(self._near.told(self._eyes.percept), now_s)
-        self._pushed = self._pushing.look(ego, seen)
+        self._pushed = self._pushing.update(ego, seen)
         return seen
 
     def update(self, ego: EgoFootprint, now_s: float) -> tuple[TrackedObject, ...]:
@@ -112,7 +112,7 @@ class PerceivedTracker:
 
 
 def is_flat(track: Track) -> bool:
-    """True for debris that lies flat on the road: a bag is not wide enough for it, a rock or a tyre not low enough."""
+    """True for debris that lies flat on the road: a bag is not wide enough for it, a rock or a tire not low enough."""
     low = LABELS[track.label] == "debris" and track.height_m <= FLAT_M
     return low and min(track.length_m, track.width_m) >= FLAT_SHARE * track.height_m
 

@@ -114,7 +114,7 @@ def _camera_frozen(fault: SensorFault, now: TickMeasurements) -> TickMeasurement
 
 
 def _camera_salted(fault: SensorFault, now: TickMeasurements) -> TickMeasurements:
-    """Grey grains, always at the same places."""
+    """Gray grains, always at the same places."""
     if now.picture is None:
         return now
     rows, columns = now.picture.rgb.shape[:2]

@@ -69,7 +69,7 @@ def imu_setup(rig: Rig, seed: int) -> SensorSetup:
 
 
 def gnss_setup(rig: Rig, seed: int) -> SensorSetup:
-    """The GNSS receiver, whose noise CARLA takes in degrees and metres. The same seed gives the same noise."""
+    """The GNSS receiver, whose noise CARLA takes in degrees and meters. The same seed gives the same noise."""
     degrees = math.degrees(rig.gnss_noise_m / EARTH_RADIUS_M)
     noise = {"noise_lat_stddev": degrees, "noise_lon_stddev": degrees, "noise_alt_stddev": rig.gnss_noise_m}
     return SensorSetup("sensor.other.gnss", REFERENCE_POINT, {**noise, "noise_seed": seed % SEEDS})

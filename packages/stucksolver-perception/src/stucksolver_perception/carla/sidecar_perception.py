@@ -230,5 +230,5 @@ class _Ego:
 
 
 def _box(numbers: Sequence[float]) -> Any:
-    """Return a `carla.BoundingBox` from its centre and half sizes."""
+    """Return a `carla.BoundingBox` from its center and half sizes."""
     return carla.BoundingBox(carla.Location(*numbers[:3]), carla.Vector3D(*numbers[3:6]))

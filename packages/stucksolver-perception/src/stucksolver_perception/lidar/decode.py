@@ -11,7 +11,7 @@ from stucksolver_perception.lidar.grid import GRID, BevGrid
 from stucksolver_perception.measurements import Detections, Floats, Singles
 
 REGRESSED = 10
-"""Per cell: x and y of the centre relative to the cell (in cells), z (m), log of length, width and height, sine
+"""Per cell: x and y of the center relative to the cell (in cells), z (m), log of length, width and height, sine
 and cosine of the yaw, velocity (in `VELOCITY_MPS`).
 """
 VELOCITY_MPS = 5.0
@@ -20,9 +20,9 @@ SIZE_LIMIT = 3.5
 GROUPS = (0, 0, 1, 1, 1, 2, 2, 2)
 """Labels of one group cannot be at one place: vehicles, people who walk or ride, things on the road."""
 NEAR_M = (1.2, 0.45, 0.35)
-"""For each group: closer centres are one object (circle suppression; Yin et al. 2021)."""
+"""For each group: closer centers are one object (circle suppression; Yin et al. 2021)."""
 INSIDE = 0.9
-"""Nor can there be a centre within this share of a better box of the same group."""
+"""Nor can there be a center within this share of a better box of the same group."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Calibration:
 
 
 def boxes_of(cell: NDArray[np.int64], regressed: Singles, grid: BevGrid = GRID) -> Floats:
-    """Return boxes (n, 9): centre x, y, z, length, width, height, yaw, velocity x and y (m, rad, m/s), vehicle frame.
+    """Return boxes (n, 9): center x, y, z, length, width, height, yaw, velocity x and y (m, rad, m/s), vehicle frame.
 
     Args:
         cell: (n,) coarse cells.

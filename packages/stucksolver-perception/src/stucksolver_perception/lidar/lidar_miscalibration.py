@@ -2,11 +2,11 @@
 
 A vehicle that drives straight ahead moves along its own axis. If its LiDAR is turned, walls and poles seem to move
 along an axis that is turned as well: by 0.35 m to the side on 10 m for 2 degrees. So two turns of the LiDAR, taken some
-metres apart, are matched by their upright surfaces (generalized ICP in the plane; Segal, Haehnel and Thrun 2009), and
+meters apart, are matched by their upright surfaces (generalized ICP in the plane; Segal, Haehnel and Thrun 2009), and
 the direction of the motion between them is compared with that of dead reckoning by wheels and gyro. In a bend this
 works as well, since the rotation between both is estimated, too.
 
-A match may be wrong: the tyres slip, the vehicle is hit, a column of cars moves past. So the sensor counts as turned
+A match may be wrong: the tires slip, the vehicle is hit, a column of cars moves past. So the sensor counts as turned
 only if nearly all of several matches in a row agree. Where nothing stands upright there is no match, and nothing is
 said.
 """
@@ -33,13 +33,13 @@ LONGEST_S = 8.0
 PAUSE_S = 0.25
 """If there is no pose for longer, the motion since the last turn is not known."""
 SIDEWAYS_MPS2 = 1.5
-"""With more lateral acceleration the tyres slip by up to a degree, as a rule of thumb half a degree per m/s2."""
+"""With more lateral acceleration the tires slip by up to a degree, as a rule of thumb half a degree per m/s2."""
 JOLT_MPS2 = 12.0
 """No brake and no engine changes the speed faster: the vehicle was hit."""
 JOLT_MPS = 0.2
 """Noise of the wheels' speed, from one sweep to the next."""
 TURNS_RAD = math.radians(12.0)
-"""If the vehicle turned further, too much depends on where its rear axle is: half a metre makes a degree of 12."""
+"""If the vehicle turned further, too much depends on where its rear axle is: half a meter makes a degree of 12."""
 
 NEAR_M, FAR_M = 3.5, 50.0
 """Upright surfaces are looked for between these distances: not on the vehicle itself, and where returns are dense."""
@@ -154,7 +154,7 @@ class LidarAlignment:
 
         Args:
             sweep: In the vehicle frame.
-            pose: At its time. Only speed and yaw rate are used: satellites shift the position by decimetres.
+            pose: At its time. Only speed and yaw rate are used: satellites shift the position by decimeters.
         """
         self._move(pose)
         far = np.hypot(sweep.points[:, 0], sweep.points[:, 1])

@@ -1,6 +1,6 @@
 """Converts points to pillars (Lang et al. 2019, PointPillars): the network's features of each point, and its pillar.
 
-The network itself holds the learnt part: two small layers for each point, and the maximum over the points of a pillar.
+The network itself holds the learned part: two small layers for each point, and the maximum over the points of a pillar.
 `lab.perception.training.lidar.pillars` computes the same with torch; a test compares the two.
 """
 
@@ -13,7 +13,7 @@ from stucksolver_perception.lidar.grid import EGO_HALF_LENGTH_M, EGO_HALF_WIDTH_
 from stucksolver_perception.measurements import Singles
 
 FEATURES = 8
-"""Per point: x and y from the centre of its pillar, height, intensity, age, x, y, distance; all about -1 to 1."""
+"""Per point: x and y from the center of its pillar, height, intensity, age, x, y, distance; all about -1 to 1."""
 FAR_M = 64.0
 TALL_M = 2.0
 OLD_S = 0.5

@@ -40,7 +40,7 @@ RECENT_FIXES = 20
 """Fixes are compared with each other over this many, one second."""
 SCATTER, AGREE = 2.5, 1.6
 """If they scatter by more than the first many times their stated noise, they are wrong, not the filter. None is used
-until they scatter by less than the second. The vehicle then goes on by its wheels and gyro, which are off by a metre
+until they scatter by less than the second. The vehicle then goes on by its wheels and gyro, which are off by a meter
 after some hundred. A wrong filter sees fixes that are all off by the same.
 """
 STANDING_LOOKS = 10
@@ -166,7 +166,7 @@ class EkfLocalizer:
         """Return the pose at a time (s), predicted from the last sample; the filter does not change.
 
         Raises:
-            NotLocalisedError: There was no fix or no compass reading yet.
+            NotLocalizedError: There was no fix or no compass reading yet.
         """
         if not self.ready:
             missing = "a fix" if self._fix is None else "a compass reading"

@@ -11,13 +11,13 @@ import numpy as np
 from stucksolver_perception.measurements import Floats, PoseEstimate
 
 KEPT_TO_LANE = 0.5
-"""Standard deviation of vehicles' offset from the centre of their lane, as a share of its half width."""
+"""Standard deviation of vehicles' offset from the center of their lane, as a share of its half width."""
 HEADING_RAD = 0.25
 """Standard deviation of their heading relative to the lane: curves, evasions, crooked stops."""
 BEYOND_END_M = 3.0
 """A lane still counts this far beyond its ends."""
 ELSEWHERE_SIGMAS = 3.0
-"""Being in no lane is as likely as being this many standard deviations off the centre of one."""
+"""Being in no lane is as likely as being this many standard deviations off the center of one."""
 
 
 class LaneMatch(NamedTuple):
@@ -36,7 +36,7 @@ def match(pose: PoseEstimate, lines: Sequence[Floats], half_width_m: float) -> l
 
     Args:
         pose: Local frame.
-        lines: Centre lines (k, 3): x, y (m), and the heading of the lane's traffic (rad).
+        lines: Center lines (k, 3): x, y (m), and the heading of the lane's traffic (rad).
         half_width_m: Half of a lane's width (m).
 
     Returns:
@@ -75,7 +75,7 @@ def _nearest(line: Floats, x: float, y: float) -> tuple[float, float] | None:
         return None
     change = math.remainder(float(line[best + 1, 2] - line[best, 2]), math.tau)
     heading = float(line[best, 2]) + float(share[best]) * change
-    # Measured across the piece itself, not to its end: the offset is the same a metre beyond the lane's end. The sign
+    # Measured across the piece itself, not to its end: the offset is the same a meter beyond the lane's end. The sign
     # is that of the traffic's direction, which need not be the order of the points.
     across = float(step[best, 0] * off[best, 1] - step[best, 1] * off[best, 0]) / float(length[best])
     forth = math.cos(heading) * step[best, 0] + math.sin(heading) * step[best, 1] >= 0.0

@@ -25,7 +25,7 @@ SLIP = 0.03
 SLIP_S = 0.5
 """Time for which it keeps its sign."""
 WHEEL_SHARE = 0.003
-"""The same along the heading: tyres wear and slip, so the wheels' distance is wrong by this share,"""
+"""The same along the heading: tires wear and slip, so the wheels' distance is wrong by this share,"""
 WHEEL_S = 5.0
 """for about this time."""
 FIXED_MPS = 0.005

@@ -20,7 +20,7 @@ OTHER_GROUP = 36.0
 """Cost of a detection of another group: a cyclist detected once as a car stays one object."""
 NEVER = 1e6
 INSIDE = 0.9
-"""Share of a box within which there can be no second centre."""
+"""Share of a box within which there can be no second center."""
 WALKER_SHARE = 0.5
 """A person yields to another object only if its score is below this share of the other's: people stand close to
 bicycles and barriers, and losing one is worst.
@@ -40,7 +40,7 @@ DRIVES_MPS = 2.0
 def assign(bodies: list[TrackState], seen: NoisyDetections) -> list[tuple[int, int]]:
     """Return pairs (body, detection) of least total distance, each used once.
 
-    Centres are compared after the tracks were predicted with their velocity (Yin, Zhou, Krähenbühl, "Center-based 3D
+    Centers are compared after the tracks were predicted with their velocity (Yin, Zhou, Krähenbühl, "Center-based 3D
     Object Detection and Tracking", 2021), by Mahalanobis distance (Chiu et al., "Probabilistic 3D Multi-Object
     Tracking", 2020). The assignment is solved jointly (Weng et al., "AB3DMOT", 2020). The cost is the negative
     log-likelihood: without the determinant, a hidden track of unknown position would take the detections of others.
@@ -69,7 +69,7 @@ def in_track_wake(bodies: list[TrackState], x: float, y: float) -> bool:
     """True if one of these bodies drives past a place, or did in the last sweeps.
 
     The network sees the sweeps of half a second at once: what drives past has a tail of returns. A cone beside it is
-    then found once more, or drawn towards the tail. Where something has just driven, no thing stands.
+    then found once more, or drawn toward the tail. Where something has just driven, no thing stands.
     """
     for body in bodies:
         speed = float(np.hypot(body.x[4], body.x[5]))
@@ -95,7 +95,7 @@ def near_same_class(bodies: list[TrackState], thing: TrackState) -> bool:
 
 
 def suppress_duplicates(detections: Detections) -> NDArray[np.int64]:
-    """Return the indices of the detections whose centre is not in the box of a better one of any label.
+    """Return the indices of the detections whose center is not in the box of a better one of any label.
 
     The detector compares detections only within one group of labels: a parked bicycle is a `two_wheeler` and a weaker
     `barrier` at once. Nobody walks inside a car, and no cone stands in one.

@@ -22,7 +22,7 @@ STANDING_TURN_RPS = 0.02
 STANDING_DRIFT_MPS = 0.05
 """Drift of the ego's own pose, and with it of everything that stands (m per root of a second), ..."""
 HELD_DRIFT_MPS = 0.01
-"""... and while the ego stands, since the localiser holds its pose."""
+"""... and while the ego stands, since the localizer holds its pose."""
 
 
 def transition(

@@ -21,14 +21,14 @@ ACROSS_M = np.array([0.10, 0.12, 0.08, 0.12, 0.10, 0.06, 0.10, 0.08])
 """(labels,): the same across that axis."""
 NEAR_M = 10.0
 FARTHER = 0.04
-"""Share of both that each metre beyond `NEAR_M` adds: they double at 35 m."""
+"""Share of both that each meter beyond `NEAR_M` adds: they double at 35 m."""
 HEIGHT_M = 0.2
 VELOCITY_ALONG_MPS = np.array([1.0, 1.0, 2.5, 1.8, 2.2, 1.0, 1.0, 1.0])
 """(labels,): standard deviation of the velocity within `NEAR_M`, along the body's axis."""
 VELOCITY_ACROSS_MPS = np.array([0.6, 0.6, 1.2, 1.8, 2.2, 1.0, 1.0, 1.0])
 """(labels,): the same across that axis."""
 VELOCITY_FARTHER = 0.4
-"""Share of the first that each metre beyond `NEAR_M` adds. Of a car at 15 m/s the detector measures most at 10 m, 3 m/s
+"""Share of the first that each meter beyond `NEAR_M` adds. Of a car at 15 m/s the detector measures most at 10 m, 3 m/s
 less at 25 m, and hardly anything at 45 m. Across the axis its error stays the same.
 """
 VELOCITY_LOOKS = 10.0

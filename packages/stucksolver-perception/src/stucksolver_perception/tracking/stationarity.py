@@ -1,7 +1,7 @@
 """Decides whether an object is stationary or moves: tests on its last detections, with a stated error probability.
 
 A parked car must not appear to move because detections are noisy, and a car that pulls away must be noticed soon. One
-test does both: the generalised likelihood ratio of "it is stationary" against "it began to accelerate at some moment"
+test does both: the generalized likelihood ratio of "it is stationary" against "it began to accelerate at some moment"
 or "it drives slowly" (Willsky & Jones, "A generalized likelihood ratio approach to the detection and estimation of
 jumps in linear systems", 1976), over positions and measured velocities of the last seconds.
 
@@ -142,7 +142,7 @@ def _steady(
 def _fit(
     moved: Floats, sped: Floats, place: Floats, velocity: Floats, by_place: Floats, by_speed: Floats
 ) -> tuple[Floats, Floats]:
-    """Generalised least squares for one vector g: place = offset + g * moved, velocity = shared + g * sped.
+    """Generalized least squares for one vector g: place = offset + g * moved, velocity = shared + g * sped.
 
     `moved` and `sped` are (n, k, w) for k hypotheses, `place` and `velocity` (n, w, 2), `by_*` (n, w) inverse
     variances. Returns g (n, k, 2) and the variance (n, k) of each of its components.

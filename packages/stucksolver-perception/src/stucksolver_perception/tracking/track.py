@@ -18,7 +18,7 @@ KEPT = np.array([0, 1, 3, 4, 5])
 
 @dataclass(frozen=True, eq=False)
 class Track:
-    """One object at `time_s`, in the local frame; `x_m, y_m, z_m` is the centre of its box."""
+    """One object at `time_s`, in the local frame; `x_m, y_m, z_m` is the center of its box."""
 
     id: int
     """Constant while the object is tracked, and never used twice by one tracker."""

@@ -100,7 +100,7 @@ def tracks_explaining_returns(bodies: list[TrackState], pose: PoseEstimate, stan
     """Return the ids of those from which some of the returns come, and their odds.
 
     Close behind a van, or before a box on the road, the network at times misses it for a second. It still returns rays,
-    so that something stands there. Beside the vehicle's way this holds for vehicles only: kerbs and hedges return rays
+    so that something stands there. Beside the vehicle's way this holds for vehicles only: curbs and hedges return rays
     as well, where a thing was seen by mistake.
 
     Args:
@@ -144,7 +144,7 @@ def undetectable(
     """Return two masks (bodies,): bodies that could not be detected, and those whose place is known to be free.
 
     A body cannot be detected outside the LiDAR's cone or range, or if something nearer hides it: a tall return in
-    `space`, or without `space` one of `others`. A body whose centre is in seen space would have blocked the rays that
+    `space`, or without `space` one of `others`. A body whose center is in seen space would have blocked the rays that
     passed there, unless it is low; without `space` every place counts as free.
     """
     x, y, size = _in_sensor(bodies, pose, lidar)
@@ -180,7 +180,7 @@ def _in_sensor(bodies: list[TrackState], pose: PoseEstimate, lidar: LidarRig) ->
 def _shadowed(
     x: Floats, y: Floats, size: Floats, by_x: Floats, by_y: Floats, by_size: Floats, up: float
 ) -> NDArray[np.bool_]:
-    """(n,): True if it is in the shadow of one of the others, seen from `up` metres above the ground.
+    """(n,): True if it is in the shadow of one of the others, seen from `up` meters above the ground.
 
     A body's apparent width is taken as the mean of its length and width. It hides another if it is nearer, covers
     most of its directions, and the line from the sensor over its top passes above the other's top.

@@ -46,7 +46,7 @@ CERTAIN = 5.0
 REGAINED_S = 0.5
 """After a gap of this length a standing object is compared with its earlier position."""
 REGAINED_M = 0.3
-"""Another side of it is visible then: its centre may be measured this much elsewhere."""
+"""Another side of it is visible then: its center may be measured this much elsewhere."""
 
 
 PEDESTRIAN = LABELS.index("pedestrian")
@@ -56,7 +56,7 @@ or backs up.
 """
 SHIFTED_M, STEP_M = 0.5, 0.15
 """A thing moves if its place has shifted by the first distance over its last looks, by at least the second in each half
-of them. The detector takes one thing for its neighbour, or a part of a passing car for a thing: that is a jump.
+of them. The detector takes one thing for its neighbor, or a part of a passing car for a thing: that is a jump.
 """
 FEW = 3
 """Looks whose median is one place; three places are compared."""
@@ -256,7 +256,7 @@ def wrap_angle(angle: float) -> float:
 
 
 def _along_its_axis(body: TrackState) -> None:
-    """Apply the nonholonomic constraint: what has wheels moves along its axis, forwards or backwards.
+    """Apply the nonholonomic constraint: what has wheels moves along its axis, forward or backward.
 
     Speed across the axis and yaw correct each other this way. Below `COURSE_MPS` the yaw says little about the course.
     """

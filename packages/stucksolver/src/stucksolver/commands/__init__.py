@@ -1,4 +1,4 @@
-"""The commands."""
+"""Commands of the `stucksolver` program."""
 
 from stucksolver.commands.main import main
 

@@ -10,13 +10,14 @@ from collections.abc import Callable
 from typing import Any, NoReturn
 
 EXIT_USAGE = 2
+"""Exit code for wrong usage or invalid input."""
 LAST_PORT = 65535
 SUPPORTED = "Python 3.10, 3.11 or 3.12 on Linux x86-64"
-"""The platforms for which CARLA's client package is published."""
+"""Platforms for which CARLA's client package is published."""
 
 
 class _Formatter(argparse.ArgumentDefaultsHelpFormatter):
-    """Adds the default to the help of each option that has one."""
+    """Formatter that adds the default to the help of each option that has one."""
 
     def _get_help_string(self, action: argparse.Action) -> str | None:
         if action.default in (None, False, (), "", argparse.SUPPRESS) or action.default == []:
@@ -25,7 +26,7 @@ class _Formatter(argparse.ArgumentDefaultsHelpFormatter):
 
 
 class Parser(argparse.ArgumentParser):
-    """An argument parser whose errors are one line; subcommands use it too."""
+    """Argument parser with errors of one line; subcommands use it too."""
 
     def __init__(self, **options: Any) -> None:
         options.setdefault("formatter_class", _Formatter)
@@ -47,12 +48,12 @@ def installed_version() -> str:
 def port(text: str) -> int:
     """Parse a TCP port from 1 to 65535. Raises `argparse.ArgumentTypeError`."""
     if not text.isdecimal() or not 1 <= int(text) <= LAST_PORT:
-        raise argparse.ArgumentTypeError(f"'{text}' is not a port; give a number from 1 to {LAST_PORT}")
+        raise argparse.ArgumentTypeError(f"expected a port from 1 to {LAST_PORT}, got '{text}'")
     return int(text)
 
 
 def add_clock(parser: argparse.ArgumentParser) -> None:
-    """Add `--clock`, which says how a reasoner's response time counts in the simulation."""
+    """Add `--clock`, the effect of a reasoner's response time on the simulation."""
     parser.add_argument("--clock", default="lockstep", help="lockstep, latency:SECONDS or latency:measured")
 
 
@@ -61,12 +62,12 @@ PERCEPTIONS = ("privileged", "sensors")
 
 
 def add_perception(parser: argparse.ArgumentParser) -> None:
-    """Add `--perception`, the source of what the driver and the solver know about the world."""
+    """Add `--perception`, the source of the surroundings for the driver and the solver."""
     parser.add_argument(
         "--perception",
         default=PERCEPTIONS[0],
         choices=PERCEPTIONS,
-        help="perceive by the simulator's ground truth, or by camera, LiDAR, GNSS, IMU and wheel sensors",
+        help="source of perception: the simulator's ground truth, or camera, LiDAR, GNSS, IMU and wheel sensors",
     )
 
 
@@ -82,13 +83,13 @@ def add_maps(parser: argparse.ArgumentParser) -> None:
 
 
 def add_server(parser: argparse.ArgumentParser) -> None:
-    """Add `--host` and `--port` of a running server that is used instead of our own carlette."""
+    """Add `--host` and `--port` of a running server that is used instead of a new carlette."""
     parser.add_argument("--host", help="use the CARLA server at this address instead of starting carlette")
     parser.add_argument("--port", type=port, default=2000, help="port of that server")
 
 
 def add_json(parser: argparse.ArgumentParser, shape: str) -> None:
-    """Add `--json`. `shape` describes what is printed; help and the command reference show it."""
+    """Add `--json`. `shape` describes the output; help and the command reference show it."""
     parser.add_argument("--json", action="store_true", help=f"print JSON: {shape}")
 
 
@@ -102,20 +103,20 @@ def whole(text: str) -> int:
     try:
         return int(text)
     except ValueError:
-        raise argparse.ArgumentTypeError(f"'{text}' is not possible; give a whole number") from None
+        raise argparse.ArgumentTypeError(f"expected a whole number, got '{text}'") from None
 
 
 def at_least(least: int) -> Callable[[str], int]:
-    """Return a parser of whole numbers that are not below `least`; it raises `argparse.ArgumentTypeError`."""
+    """Return a parser of whole numbers from `least` on; it raises `argparse.ArgumentTypeError`."""
 
     def read(text: str) -> int:
         try:
-            found = int(text)
+            value = int(text)
         except ValueError:
-            found = least - 1
-        if found < least:
-            raise argparse.ArgumentTypeError(f"'{text}' is not possible; give a whole number, {least} or more")
-        return found
+            value = least - 1  # Rejected below.
+        if value < least:
+            raise argparse.ArgumentTypeError(f"expected a whole number from {least} on, got '{text}'")
+        return value
 
     return read
 
@@ -123,9 +124,9 @@ def at_least(least: int) -> Callable[[str], int]:
 def above_zero(text: str) -> float:
     """Parse a finite number above 0. Raises `argparse.ArgumentTypeError`."""
     try:
-        found = float(text)
+        value = float(text)
     except ValueError:
-        found = 0.0
-    if not (math.isfinite(found) and found > 0.0):
-        raise argparse.ArgumentTypeError(f"'{text}' is not possible; give a number above 0")
-    return found
+        value = 0.0  # Rejected below.
+    if not (math.isfinite(value) and value > 0.0):
+        raise argparse.ArgumentTypeError(f"expected a number above 0, got '{text}'")
+    return value

@@ -1,4 +1,4 @@
-"""The list of commands. Only the command that is called is imported, so that `--help` is fast."""
+"""List of commands. Only the command that is called is imported, so that `--help` is fast."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ class CliCommand:
     options: str = "add_options"
     run: str = "run"
     drives: bool = False
-    """True if it needs CARLA's client package."""
+    """True if the command needs CARLA's client package."""
     more: str = ""
-    """A longer description for the command's own help."""
+    """Longer description for the command's own help."""
 
     def fill(self, parser: argparse.ArgumentParser) -> None:
         """Import the command and add its options to the parser."""
@@ -40,7 +40,7 @@ CORE = {
         "print a shipped ladder as a starting point, or check your own", "stucksolver.commands.ladder"
     ),
     "doctor": CliCommand("check what is installed, what is missing, and how to get it", "stucksolver.commands.doctor"),
-    "plugins": CliCommand("list the installed plug-ins with version and health", "stucksolver.commands.plugins"),
+    "plugins": CliCommand("list the installed plug-ins with version and status", "stucksolver.commands.plugins"),
     "config": CliCommand(
         "show the settings in effect, or write a configuration file to start from", "stucksolver.commands.config"
     ),
@@ -48,7 +48,7 @@ CORE = {
         "print a script that makes a shell complete commands and options", "stucksolver.commands.shell_completion"
     ),
 }
-"""The core's own commands."""
+"""Commands of the core."""
 FIRST = (
     "demo",
     "ride",
@@ -63,7 +63,7 @@ FIRST = (
     "cases",
     "memory",
 )
-"""The help lists these first, in this order."""
+"""Commands that the help lists first, in this order."""
 
 
 @cache
@@ -73,8 +73,9 @@ def commands() -> Mapping[str, CliCommand]:
     Raises:
         PluginError: The list of a distribution cannot be loaded.
     """
-    found = dict(CORE)
+    # A plug-in cannot replace a command of the core, or of a plug-in before it.
+    table = dict(CORE)
     for plugin in plugins("commands"):
-        found |= {name: command for name, command in plugin.load().items() if name not in found}
-    names = [*(name for name in FIRST if name in found), *(name for name in found if name not in FIRST)]
-    return {name: found[name] for name in names}
+        table |= {name: command for name, command in plugin.load().items() if name not in table}
+    names = [*(name for name in FIRST if name in table), *(name for name in table if name not in FIRST)]
+    return {name: table[name] for name in names}

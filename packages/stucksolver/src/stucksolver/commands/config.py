@@ -25,7 +25,7 @@ from stucksolver.commands.settings import (
 HEAD = f"""\
 # Settings of StuckSolver. Remove the # before a line to use it.
 #
-# An option on the command line wins over everything. Then come, in this order: the environment
+# An option on the command line has priority. Then come, in this order: the environment
 # (STUCKSOLVER_DEMO_SEED for [demo] seed, STUCKSOLVER_ALL_SEED for [all] seed), the section of the command, [all].
 # The file is the one that `--config FILE` or {VARIABLE} names; else {FILE} in the current folder; else
 # stucksolver/config.toml in $XDG_CONFIG_HOME or ~/.config. `stucksolver config show` prints the values in effect.
@@ -36,18 +36,19 @@ HEAD = f"""\
 # seed = 1
 """
 LINE = 110
+"""Longest line of an explanation in the file (characters)."""
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
-    parts = parser.add_subparsers(required=True, metavar="SUBCOMMAND", help="what to do", parser_class=Parser)
-    show = parts.add_parser("show", help="print each setting that differs from its default, and where it comes from")
+    parts = parser.add_subparsers(required=True, metavar="SUBCOMMAND", help="action", parser_class=Parser)
+    show = parts.add_parser("show", help="print each setting that differs from its default, and its source")
     show.add_argument("command", nargs="?", help="only the settings of this command, such as demo")
-    show.add_argument("--defaults", action="store_true", help="print the settings left at their defaults as well")
+    show.add_argument("--defaults", action="store_true", help="print the settings with their default value as well")
     add_json(show, '{"file": path or null, "settings": [{"section", "key", "value", "source", "variable"}]}')
     show.set_defaults(part=_show)
     init = parts.add_parser("init", help="write a file that explains every setting")
-    init.add_argument("file", nargs="?", type=Path, default=Path(FILE), help="the file to write")
+    init.add_argument("file", nargs="?", type=Path, default=Path(FILE), help="file to write")
     init.set_defaults(part=_init)
 
 
@@ -58,7 +59,7 @@ def run(options: argparse.Namespace) -> int:
 
 def all_settings() -> list[CliSetting]:
     """Return the settings of all commands."""
-    from stucksolver.commands.main import full_parser  # imported here because `main` imports this module
+    from stucksolver.commands.main import full_parser  # Imported here because `main` imports this module.
 
     return list(settings_of("", full_parser()))
 
@@ -94,7 +95,7 @@ def _show(options: argparse.Namespace) -> int:
     for row in rows:
         print(f"{row['section']}.{row['key']} = {_toml(row['value'])}  ({row['source']})")
     if not rows:
-        print("every setting is at its default; --defaults lists them")
+        print("every setting has its default; --defaults lists them")
     return 0
 
 
@@ -123,15 +124,15 @@ def template() -> str:
 
 
 def _explained(setting: CliSetting) -> Iterator[str]:
-    told = (setting.action.help or "").replace("%%", "%")
+    explanation = (setting.action.help or "").replace("%%", "%")
     if setting.action.choices is not None:
-        told += f" ({', '.join(map(str, setting.action.choices))})"
-    yield from textwrap.wrap(told, LINE, initial_indent="## ", subsequent_indent="## ")
+        explanation += f" ({', '.join(map(str, setting.action.choices))})"
+    yield from textwrap.wrap(explanation, LINE, initial_indent="## ", subsequent_indent="## ")
     yield f"# {setting.key} = {_example(setting)}"
 
 
 def _example(setting: CliSetting) -> str:
-    """Return the default as TOML, or an empty value of the expected type if there is none."""
+    """Return the default as TOML, or an empty value of the expected type without a default."""
     if setting.switch:
         return "false"
     default = setting.action.default
@@ -141,7 +142,7 @@ def _example(setting: CliSetting) -> str:
 
 
 def _toml(value: Any) -> str:
-    """Format a value as TOML."""
+    """Return a value as TOML."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, int | float):

@@ -1,4 +1,4 @@
-"""`stucksolver doctor`: checks what is installed, what is missing, and how to get it."""
+"""`stucksolver doctor`: checks the installation, and reports missing parts with their remedy."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ from stucksolver.commands.terminal_text import filled
 from stucksolver.plugins import PluginError, plugins
 
 State = Literal["ok", "absent", "missing", "broken"]
-"""`absent` is optional and not installed; `missing` is required and not installed; `broken` does not work."""
+"""State of a part: `absent` is optional and not installed; `missing` is required and not installed; `broken` fails."""
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "firefox")
 FREE_MIB = 500
-"""A demonstration writes a few MiB; an evaluation of 220 routes writes a few hundred."""
+"""Least free space (MiB). A demonstration writes a few MiB; an evaluation of 220 routes writes a few hundred. Ours."""
 
 
 @dataclass(frozen=True)
 class Finding:
-    """The result of one check. `needed`: the demonstration does not run without it."""
+    """Result of one check. `needed`: True if the demonstration does not run without this part."""
 
     name: str
     state: State
@@ -38,6 +38,7 @@ class Finding:
 
 
 Check: TypeAlias = Callable[[], Iterator[Finding]]
+"""Check of one part of the installation."""
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -46,13 +47,13 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Print all findings. Returns 1 if something that the demonstration needs is missing or broken, else 0."""
-    found = list(findings())
+    """Print all findings. Returns 1 if a part that the demonstration needs is missing or broken, else 0."""
+    results = list(findings())
     if options.json:
-        print_json([asdict(item) for item in found])
+        print_json([asdict(item) for item in results])
     else:
-        print("\n".join(_line(item) for item in found))
-    return int(any(item.needed and item.state != "ok" for item in found))
+        print("\n".join(_line(item) for item in results))
+    return int(any(item.needed and item.state != "ok" for item in results))
 
 
 def _line(finding: Finding) -> str:
@@ -61,7 +62,7 @@ def _line(finding: Finding) -> str:
 
 
 def findings() -> Iterator[Finding]:
-    """Run the core's checks and those of all plug-ins."""
+    """Run the core's checks and those of all plug-ins. A broken plug-in is a finding, and the other checks go on."""
     for check in CHECKS:
         yield from check()
     for plugin in plugins("checks"):
@@ -75,43 +76,43 @@ def findings() -> Iterator[Finding]:
 
 
 def _python() -> Iterator[Finding]:
-    told = f"{platform.python_version()}, {platform.system()} {platform.machine()}"
+    platform_text = f"{platform.python_version()}, {platform.system()} {platform.machine()}"
     fits = (3, 10) <= sys.version_info[:2] <= (3, 12) and sys.platform == "linux" and platform.machine() == "x86_64"
     yield Finding("stucksolver", "ok", installed_version(), needed=True)
     yield Finding(
         "python",
         "ok" if fits else "broken",
-        told,
+        platform_text,
         f"the carla package exists for {SUPPORTED}",
         needed=True,
     )
 
 
 def package(name: str, use: str, extra: str, *, needed: bool = False) -> Check:
-    """Return a check for an installed package. `use` says what it is for, `extra` which extra installs it."""
+    """Return a check for an installed package. `use` is its purpose, `extra` the extra that installs it."""
 
-    def look() -> Iterator[Finding]:
-        """Check whether it is installed, and in which version."""
+    def check() -> Iterator[Finding]:
+        """Check whether the package is installed, and in which version."""
         remedy = f"add the extra [{extra}] (README, Install)"
         if importlib.util.find_spec(name) is None:
             yield Finding(name, "missing" if needed else "absent", use, remedy, needed)
             return
         try:
-            told = version(name)
+            installed = version(name)
         except PackageNotFoundError:
-            told = "of unknown version"
-        yield Finding(name, "ok", f"{told}; {use}", needed=needed)
+            installed = "of unknown version"  # A package without metadata is usable nevertheless.
+        yield Finding(name, "ok", f"{installed}; {use}", needed=needed)
 
-    return look
+    return check
 
 
 def _ports() -> Iterator[Finding]:
     """Check that ports can be opened: carlette and the passenger's page use ports that the system assigns."""
     try:
-        with socket.socket() as item, socket.socket() as two:
-            item.bind(("127.0.0.1", 0))
-            two.bind(("127.0.0.1", 0))
-            item.listen()
+        with socket.socket() as first, socket.socket() as second:
+            first.bind(("127.0.0.1", 0))
+            second.bind(("127.0.0.1", 0))
+            first.listen()
     except OSError as error:
         remedy = "allow programs to listen on the loopback address; in a container bring `lo` up"
         yield Finding("ports", "broken", f"no port on 127.0.0.1 can be opened: {error}", remedy, needed=True)
@@ -120,10 +121,10 @@ def _ports() -> Iterator[Finding]:
 
 
 def _browser() -> Iterator[Finding]:
-    """Look for a browser, which shows reports and the passenger's page; it may also run on another machine."""
-    found = next((path for path in map(shutil.which, BROWSERS) if path), None)
+    """Find a browser, which shows reports and the passenger's page. It may also run on another machine."""
+    browser = next((path for path in map(shutil.which, BROWSERS) if path), None)
     remedy = "apt install chromium, or copy the report to a machine with a browser; the browser tests need Chromium"
-    yield Finding("browser", "ok" if found else "absent", found or f"none of {', '.join(BROWSERS)} on PATH", remedy)
+    yield Finding("browser", "ok" if browser else "absent", browser or f"none of {', '.join(BROWSERS)} on PATH", remedy)
 
 
 def _settings() -> Iterator[Finding]:
@@ -135,7 +136,7 @@ def _settings() -> Iterator[Finding]:
         file = find_file(None)
         if file is None:
             yield Finding(
-                "configuration", "absent", "no file; every setting is at its default", "stucksolver config init"
+                "configuration", "absent", "no file; every setting has its default", "stucksolver config init"
             )
             return
         check_file(file, read_file(file), all_settings())
@@ -144,7 +145,7 @@ def _settings() -> Iterator[Finding]:
             "configuration", "broken", str(error), "`stucksolver config init FILE` writes one to compare with"
         )
         return
-    yield Finding("configuration", "ok", f"{file}; `stucksolver config show` prints what it sets")
+    yield Finding("configuration", "ok", f"{file}; `stucksolver config show` prints its settings")
 
 
 def _disk() -> Iterator[Finding]:

@@ -1,5 +1,5 @@
-"""The error of a command that cannot be run."""
+"""Error of a command that cannot be run."""
 
 
 class UsageError(Exception):
-    """The command cannot be run like this; the message says why and what to do."""
+    """Command that cannot be run as given. The message has the reason and the remedy."""

@@ -20,11 +20,11 @@ def json_lines(file: Path) -> Iterator[tuple[str, dict[str, Any]]]:
     for number, line in enumerate(text.splitlines(), 1):
         if not line.strip():
             continue
-        where = f"{file}:{number}"
+        location = f"{file}:{number}"
         try:
-            found = read_json(line)
+            data = read_json(line)
         except JsonError as error:
-            raise UsageError(f"{where}: invalid JSON: {error}") from error
-        if not isinstance(found, dict):
-            raise UsageError(f"{where}: {type(found).__name__} instead of an object")
-        yield where, found
+            raise UsageError(f"{location}: invalid JSON: {error}") from error
+        if not isinstance(data, dict):
+            raise UsageError(f"{location}: expected an object, got {type(data).__name__}")
+        yield location, data

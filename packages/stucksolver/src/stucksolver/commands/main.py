@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import importlib.util
+import io
 import itertools
 import os
 import sys
@@ -17,7 +18,7 @@ from stucksolver.plugins import PluginError
 from stucksolver.privacy.url_redaction import shown, without_logins
 
 PIPE_CLOSED = 128 + 13
-"""The exit code that shells report for a program killed by SIGPIPE."""
+"""Exit code that shells report for a program killed by SIGPIPE."""
 EXIT_CODES = (
     "exit codes: 0 success; 1 the command ran, but the result is bad (a route crashed, a record does not match, a "
     "required package is missing); 2 wrong usage or invalid input; 130 interrupted; 141 the output was closed early"
@@ -25,24 +26,29 @@ EXIT_CODES = (
 PROGRAM = "stucksolver"
 Table: TypeAlias = Mapping[str, CliCommand]
 WITHOUT_SETTINGS = ("config", "completion")
-"""Commands that take no settings because they describe the settings themselves."""
+"""Commands without settings, because they describe the settings themselves."""
 
 
 def main(arguments: Sequence[str] | None = None, *, program: str = PROGRAM, table: Table | None = None) -> int:
     """Run the command line and return the exit code.
 
     Args:
-        arguments: Defaults to those of the process.
+        arguments: Arguments; those of the process if None.
         program: Name of the program in messages.
-        table: Commands by name. Defaults to those of all installed distributions.
+        table: Commands by name; those of all installed distributions if None.
     """
+    for stream in (sys.stdout, sys.stderr):
+        # A terminal whose encoding lacks a character shows a question mark instead of ending the command.
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")
+    # Logins leave the arguments first, so that no later message can contain them.
     words = without_logins(sys.argv[1:] if arguments is None else list(arguments))
     try:
         known = commands() if table is None else table
         named = [word for word in words if word in known][:1]
         parser = _parser(program, known, filled=named)
         options = _parse(parser, words, named[0], known) if named else parser.parse_args(words)
-        # What an option shared by several commands does before they run.
+        # Preparation of an option that several commands share.
         getattr(options, "prepare", lambda _: None)(options)
         if options.drives:
             _require_client()
@@ -56,7 +62,7 @@ def main(arguments: Sequence[str] | None = None, *, program: str = PROGRAM, tabl
         print(f"error: {shown(str(error))}", file=sys.stderr)
         return 2
     except BrokenPipeError:
-        # The reader closed the pipe. Without this, Python would report the error again when it closes the stream.
+        # The reader closed the pipe. Otherwise Python reports the error again when it closes the stream.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return PIPE_CLOSED
 
@@ -67,15 +73,15 @@ def full_parser(program: str = PROGRAM, table: Table | None = None) -> argparse.
     return _parser(program, known, filled=known)
 
 
-def _parse(parser: argparse.ArgumentParser, told: Sequence[str], command: str, known: Table) -> argparse.Namespace:
-    """Parse the options; file and environment provide what the command line omits. Raises `UsageError`."""
+def _parse(parser: argparse.ArgumentParser, words: Sequence[str], command: str, known: Table) -> argparse.Namespace:
+    """Return the options; file and environment provide what the command line omits. Raises `UsageError`."""
     from stucksolver.commands import settings
 
     before = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
     before.add_argument("--config")
-    early, _ = before.parse_known_args(list(itertools.takewhile(lambda word: word != command, told)))
+    early, _ = before.parse_known_args(list(itertools.takewhile(lambda word: word != command, words)))
     if command in WITHOUT_SETTINGS:
-        return parser.parse_args(told)
+        return parser.parse_args(words)
     file = settings.find_file(early.config)
     content = settings.read_file(file) if file else {}
     if file:
@@ -83,16 +89,16 @@ def _parse(parser: argparse.ArgumentParser, told: Sequence[str], command: str, k
     mine = [setting for setting in settings.settings_of("", parser) if setting.section.split(".")[0] == command]
     values = [(item, settings.lookup(item, content, file)) for item in mine]
     settings.put_in(parser, [(item, value) for item, value in values if value])
-    options = parser.parse_args(told)
+    options = parser.parse_args(words)
     used = settings.taken_out(parser, options)
     if used:
-        told_of = ", ".join(f"{name} {value}" for name, value in used)
-        print(f"note: settings used: {shown(told_of)}", file=sys.stderr)
+        summary = ", ".join(f"{name} {value}" for name, value in used)
+        print(f"note: settings used: {shown(summary)}", file=sys.stderr)
     return options
 
 
 def _parser(program: str, known: Table, filled: Collection[str]) -> argparse.ArgumentParser:
-    """Return the parser. Only the named commands get their options, so that the others need not be imported."""
+    """Return the parser. Only the commands in `filled` get their options, so that no other command is imported."""
     parser = Parser(prog=program, description="Gets immobilized vehicles moving again.", epilog=EXIT_CODES)
     parser.add_argument("--version", action="version", version=f"%(prog)s {installed_version()}")
     parser.add_argument(

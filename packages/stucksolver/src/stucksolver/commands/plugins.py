@@ -1,4 +1,4 @@
-"""`stucksolver plugins`: lists the installed plug-ins with version and health."""
+"""`stucksolver plugins`: lists the installed plug-ins with version and status."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def run(options: argparse.Namespace) -> int:
     if options.json:
         print_json([_row(plugin, error) for plugin, error in errors.items()])
     elif not errors:
-        print("no plug-ins are installed; stucksolver[all] installs ours")
+        print("no plug-ins are installed; stucksolver[all] installs those of this project")
     else:
         width = max(len(f"{plugin.group} {plugin.name}") for plugin in errors)
         for plugin, error in errors.items():

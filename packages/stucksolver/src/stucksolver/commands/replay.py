@@ -15,7 +15,7 @@ from stucksolver.record import Anchor, RecordError, Report, check_anchor, read_h
 from stucksolver.record.drawing import draw_record
 
 SHOWN = 20
-"""At most this many mismatches are printed for a record."""
+"""Maximum number of mismatches that are printed for a record."""
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -25,7 +25,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--save-heads", type=Path, metavar="FILE", help="write the last line number and hash of each record to FILE"
     )
     parser.add_argument(
-        "--anchors", type=Path, metavar="FILE", help="heads that were saved earlier; the records must agree with them"
+        "--anchors", type=Path, metavar="FILE", help="heads that were saved earlier; the records must match them"
     )
     parser.add_argument("--picture", type=Path, metavar="PNG", help="draw one record from above (needs matplotlib)")
     parser.add_argument(
@@ -56,8 +56,8 @@ def run(options: argparse.Namespace) -> int:
             print_json([_data(report, anchors) for report in reports])
         if options.save_heads is not None:
             write_heads(options.save_heads, records)
-            told = f"heads: {options.save_heads}; sign it, or keep it where nobody can change it"
-            print(told, file=sys.stderr if options.json else sys.stdout)
+            note = f"heads: {options.save_heads}; sign the file, or store it where it cannot be changed"
+            print(note, file=sys.stderr if options.json else sys.stdout)
     except RecordError as error:
         raise UsageError(str(error)) from error
     return 0 if all(report.matches and report.ended is not None for report in reports) else 1
@@ -91,21 +91,21 @@ def _picture(options: argparse.Namespace, records: Sequence[Path]) -> None:
     if not can_plot():
         raise UsageError("--picture needs matplotlib: add the extra [report] (README, Install)")
     try:
-        drawn = f"picture: {draw_record(records[0], options.picture, options.at)}"
-        print(drawn, file=sys.stderr if options.json else sys.stdout)
+        note = f"picture: {draw_record(records[0], options.picture, options.at)}"
+        print(note, file=sys.stderr if options.json else sys.stdout)
     except OSError as error:
         raise UsageError(f"{options.picture} cannot be written: {error.strerror}; choose another path") from error
 
 
 def _print(report: Report) -> None:
-    told = [
+    counts = [
         f"{report.decisions - report.underivable} of {report.decisions} decisions",
         f"{report.plans} verdicts at acceptance",
         f"{report.ticks} ticks",
     ]
-    print(f"{report.path}: {report.lines} lines, hash chain intact; recomputed: {', '.join(told)}")
+    print(f"{report.path}: {report.lines} lines, hash chain intact; recomputed: {', '.join(counts)}")
     if report.underivable:
-        print(f"  {report.underivable} decisions came from a reasoner that keeps no trace and cannot be recomputed")
+        print(f"  {report.underivable} decisions came from a reasoner without a trace and cannot be recomputed")
     broken = "incomplete: the run failed, its process was killed, or the disk was full"
     print(f"  ended: {report.ended}" if report.ended else f"  {broken}")
     for finding in report.findings[:SHOWN]:

@@ -1,6 +1,6 @@
 """Settings: values for the options of the commands, from a configuration file or the environment.
 
-An option on the command line wins. Otherwise the first of these that has a value applies: the command's environment
+An option on the command line has priority. Otherwise the first of these with a value applies: the command's environment
 variable, the variable for all commands, the command's section in the file, the file's section `[all]`, the default.
 """
 
@@ -24,15 +24,15 @@ VARIABLE = "STUCKSOLVER_CONFIG"
 PREFIX = "STUCKSOLVER"
 NO_FILE = "none"
 ALL = "all"
-"""The section that applies to every command with an option of that name."""
+"""Section that applies to every command with an option of that name."""
 YES, NO = ("1", "true", "yes", "on"), ("0", "false", "no", "off")
 IN_PLACE_OF = (("seed", "seeds"),)
 """Options that replace each other but may be given together."""
 UNSET: tuple[object, ...] = ("", [])
 """Values in a file that keep the default."""
 COMMAND_LINE_ONLY = ("help", "version", "config", "json", "unguarded", "heedless", "send-key")
-"""Options that are not settings. An experiment without the guard must be requested explicitly each time, and so must
-sending a key to a server that a file may name.
+"""Options that are not settings. An experiment without the guard must be requested explicitly each time. So must
+sending a key to a server, because a file may name that server.
 """
 
 
@@ -48,69 +48,69 @@ class CliSetting:
 
     @property
     def key(self) -> str:
-        """Its name in a file: the option's name without the leading dashes."""
+        """Name in a file: the option's name without the leading dashes."""
         return long_name(self.action)
 
     @property
     def switch(self) -> bool:
-        """True if it is a flag without a value."""
+        """True if the option is a flag without a value."""
         return self.action.nargs == 0
 
     @property
     def several(self) -> bool:
-        """True if it takes a list."""
+        """True if the option takes a list."""
         return isinstance(self.action, argparse._AppendAction) or self.action.nargs in ("+", "*")
 
     def variable(self, section: str | None = None) -> str:
-        """Return its environment variable, for its own section or for the one given."""
+        """Return the environment variable of the setting, for its own section or for the given one."""
         return "_".join((PREFIX, section or self.section, self.key)).replace(".", "_").replace("-", "_").upper()
 
     def read(self, value: object, source: str) -> Any:
-        """Convert a value from a file to the option's value. Raises `UsageError` that names the source."""
+        """Return the option's value for a value from a file. Raises `UsageError` with the source."""
         if self.switch:
             if not isinstance(value, bool):
-                raise UsageError(f"{source}: {value!r} is not possible; give true or false")
+                raise UsageError(f"{source}: expected true or false, got {value!r}")
             return value
         if self.several:
             if not isinstance(value, list):
-                raise UsageError(f"{source}: {value!r} is not possible; give a list")
+                raise UsageError(f"{source}: expected a list, got {value!r}")
             return [self._one(each, source) for each in value]
         return self._one(value, source)
 
     def read_text(self, text: str, source: str) -> Any:
-        """Convert a variable's text to the option's value; a list is split as in a shell. Raises `UsageError`."""
+        """Return the option's value for a variable's text; a list is split as in a shell. Raises `UsageError`."""
         if self.switch:
             if text.lower() not in (*YES, *NO):
-                raise UsageError(f"{source}: '{text}' is not possible; give 1 or 0")
+                raise UsageError(f"{source}: expected 1 or 0, got '{text}'")
             return text.lower() in YES
         return self.read(shlex.split(text) if self.several else text, source)
 
     def _one(self, value: object, source: str) -> Any:
         if isinstance(value, bool) or not isinstance(value, str | int | float):
-            raise UsageError(f"{source}: {value!r} is not possible; give {'a list' if self.several else 'one value'}")
+            raise UsageError(f"{source}: expected {'a list' if self.several else 'one value'}, got {value!r}")
         convert = self.action.type or str
         try:
-            found = convert(str(value)) if callable(convert) else value
+            result = convert(str(value)) if callable(convert) else value
         except argparse.ArgumentTypeError as error:
             raise UsageError(f"{source}: {error}") from error
         except (TypeError, ValueError) as error:
-            raise UsageError(f"{source}: {value!r} is not possible") from error
-        if self.action.choices is not None and found not in self.action.choices:
-            raise UsageError(f"{source}: {value!r} is not possible; choose from {', '.join(self.action.choices)}")
-        return found
+            raise UsageError(f"{source}: invalid value {value!r}") from error
+        if self.action.choices is not None and result not in self.action.choices:
+            raise UsageError(f"{source}: invalid value {value!r}; choose from {', '.join(self.action.choices)}")
+        return result
 
 
 @dataclass(frozen=True)
 class SettingValue:
-    """A setting's value and its source. It takes the place of the option's default until parsing is done."""
+    """Value of a setting with its source. It replaces the option's default until parsing is done."""
 
     value: Any
     source: str
     default: Any = None
-    """The option's own default."""
+    """Default of the option."""
 
     def __str__(self) -> str:
-        return f"{self.value}, by {self.source}"
+        return f"{self.value}, from {self.source}"
 
     def __copy__(self) -> list[Any]:
         """Return the empty list to which argparse appends, so that flags replace the setting's values."""
@@ -132,9 +132,13 @@ def settings_of(section: str, parser: argparse.ArgumentParser) -> Iterator[CliSe
             yield CliSetting(section, action)
 
 
-def find_file(told: str | None, environment: Mapping[str, str] = os.environ) -> Path | None:
-    """Return the file to read: `told`, or the variable's, this folder's or the user's file. Raises `UsageError`."""
-    named = told or environment.get(VARIABLE)
+def find_file(path: str | None, environment: Mapping[str, str] = os.environ) -> Path | None:
+    """Return the configuration file: `path`, or that of the variable, of this folder or of the user.
+
+    Raises:
+        UsageError: The file does not exist.
+    """
+    named = path or environment.get(VARIABLE)
     if named == NO_FILE:
         return None
     if named:
@@ -143,7 +147,7 @@ def find_file(told: str | None, environment: Mapping[str, str] = os.environ) -> 
         return Path(named)
     base = environment.get("XDG_CONFIG_HOME")
     users = (Path(base) if base else Path.home() / ".config") / "stucksolver" / "config.toml"
-    return next((path for path in (Path(FILE), users) if path.is_file()), None)
+    return next((candidate for candidate in (Path(FILE), users) if candidate.is_file()), None)
 
 
 def read_file(file: Path) -> dict[str, Any]:
@@ -159,7 +163,7 @@ def read_file(file: Path) -> dict[str, Any]:
 
 
 def check_file(file: Path, content: Mapping[str, Any], known: Sequence[CliSetting]) -> None:
-    """Check that every section, key and value is valid for some command. Raises `UsageError`."""
+    """Check that every section, key and value is valid for a command. Raises `UsageError`."""
     keys: dict[str, dict[str, CliSetting]] = {ALL: {}}
     for item in known:
         keys.setdefault(item.section, {})[item.key] = item
@@ -186,7 +190,7 @@ def lookup(
         if environment.get(name):
             return SettingValue(setting.read_text(without_logins(environment[name]), name), name)
     if setting.key == "maps" and environment.get("STUCKSOLVER_MAPS"):
-        return None  # the simulator reads this variable itself
+        return None  # The simulator reads this variable itself.
     for section in (setting.section, ALL):
         inside: Any = content
         for part in section.split("."):
@@ -198,7 +202,10 @@ def lookup(
 
 
 def put_in(parser: argparse.ArgumentParser, values: Sequence[tuple[CliSetting, SettingValue]]) -> None:
-    """Make the values the options' defaults; a required option that has one becomes optional."""
+    """Make the values the options' defaults; a required option with a value becomes optional.
+
+    This precedes parsing, so that an option on the command line replaces the value.
+    """
     for setting, value in values:
         setting.action.default = replace(value, default=_converted(setting.action))
         setting.action.required = False
@@ -215,24 +222,24 @@ def put_in(parser: argparse.ArgumentParser, values: Sequence[tuple[CliSetting, S
 
 
 def taken_out(parser: argparse.ArgumentParser, options: argparse.Namespace) -> list[tuple[str, SettingValue]]:
-    """Replace each `SettingValue` by its content; returns those that were used.
+    """Replace each `SettingValue` by its content, and return the settings that were used.
 
-    A flag overrides the settings it excludes.
+    A flag overrides the settings that it excludes.
     """
-    beaten = set[str]()
+    overridden = set[str]()
     for item in _all_parsers(parser):
         for rivals in _rivals(item):
-            told = [
+            on_command_line = [
                 hasattr(options, action.dest) and getattr(options, action.dest) is not action.default
                 for action in rivals
             ]
-            if any(told) and any(isinstance(action.default, SettingValue) for action in rivals):
-                beaten.update(action.dest for action in rivals)
+            if any(on_command_line) and any(isinstance(action.default, SettingValue) for action in rivals):
+                overridden.update(action.dest for action in rivals)
     used = []
     for name, value in list(vars(options).items()):
         if isinstance(value, SettingValue):
-            setattr(options, name, value.default if name in beaten else value.value)
-            used += [] if name in beaten or not value.source else [(name, value)]
+            setattr(options, name, value.default if name in overridden else value.value)
+            used += [] if name in overridden or not value.source else [(name, value)]
     return used
 
 
@@ -241,13 +248,13 @@ def _rivals(parser: argparse.ArgumentParser) -> Iterator[list[argparse.Action]]:
     for group in parser._mutually_exclusive_groups:
         yield list(group._group_actions)
     for names in IN_PLACE_OF:
-        found = [action for action in parser._actions if action.dest in names]
-        if len(found) > 1:
-            yield found
+        actions = [action for action in parser._actions if action.dest in names]
+        if len(actions) > 1:
+            yield actions
 
 
 def _converted(action: argparse.Action) -> Any:
-    """Return the default as argparse would: a text is parsed as if it had been given."""
+    """Return the default as argparse does: a text is parsed like an argument."""
     if isinstance(action.default, str) and callable(action.type):
         return action.type(action.default)
     return action.default

@@ -20,12 +20,12 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     parser.epilog = INSTALL
-    parser.add_argument("shell", choices=SHELLS, help="the shell to write for")
+    parser.add_argument("shell", choices=SHELLS, help="shell of the script")
 
 
 def run(options: argparse.Namespace) -> int:
     """Print the script for the chosen shell. Returns 0. Raises `UsageError` if shtab is not installed."""
-    from stucksolver.commands.main import full_parser  # imported here because `main` imports this module
+    from stucksolver.commands.main import full_parser  # Imported here because `main` imports this module.
 
     try:
         from shtab import complete  # type: ignore[import-untyped,unused-ignore]

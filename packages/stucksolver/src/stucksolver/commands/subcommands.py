@@ -1,4 +1,4 @@
-"""Commands that consist of several parts, such as `stucksolver memory list`."""
+"""Commands with several subcommands, such as `stucksolver memory list`."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from stucksolver.commands.arguments import Parser
 from stucksolver.commands.errors import UsageError
 
 Part: TypeAlias = Callable[[argparse.Namespace], int]
-"""Runs a part of a command and returns the exit code."""
+"""Runs a subcommand and returns the exit code."""
 AddPart: TypeAlias = Callable[[str, str, Part], argparse.ArgumentParser]
-"""Adds a part by its name and help, and returns its parser."""
+"""Adds a subcommand by its name and help, and returns its parser."""
 
 
 def parts_of(parser: argparse.ArgumentParser) -> AddPart:
-    """Make a command one that consists of parts. Returns the function that adds each of them."""
-    parts = parser.add_subparsers(required=True, metavar="SUBCOMMAND", help="what to do", parser_class=Parser)
+    """Give a command several subcommands. Returns the function that adds each of them."""
+    parts = parser.add_subparsers(required=True, metavar="SUBCOMMAND", help="action", parser_class=Parser)
 
-    def add(name: str, what: str, part: Part) -> argparse.ArgumentParser:
-        added = parts.add_parser(name, help=what)
+    def add(name: str, about: str, part: Part) -> argparse.ArgumentParser:
+        added = parts.add_parser(name, help=about)
         added.set_defaults(part=part)
         return added
 
@@ -28,11 +28,11 @@ def parts_of(parser: argparse.ArgumentParser) -> AddPart:
 
 
 def run_part(options: argparse.Namespace, *mistakes: type[Exception]) -> int:
-    """Run the part that was asked for, and return its exit code.
+    """Run the requested subcommand, and return its exit code.
 
     Args:
-        options: What was parsed.
-        *mistakes: Errors that are the user's to correct.
+        options: Parsed options.
+        *mistakes: Errors that the user can correct.
 
     Raises:
         UsageError: One of these errors.

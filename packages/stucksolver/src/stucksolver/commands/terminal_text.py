@@ -1,4 +1,4 @@
-"""Text that fits a terminal."""
+"""Formats text for a terminal."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import shutil
 import textwrap
 
 WIDTH = 80
-"""Default width in columns, for a pipe or a file."""
+"""Default width, for a pipe or a file (columns)."""
 INDENT = "  "
 
 

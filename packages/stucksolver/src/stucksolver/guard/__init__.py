@@ -1,4 +1,4 @@
-"""The guard: the independent safety check of every plan."""
+"""Guard: the independent safety check of every plan."""
 
 from stucksolver.guard.guard import Guard
 from stucksolver.guard.lane_entry import GivingWay

@@ -1,4 +1,4 @@
-"""Finds where on a path the ego can stop safely, and proves that the stop is safe."""
+"""Finds the positions on a path at which the ego can stop safely, and proves that the stops are safe."""
 
 from __future__ import annotations
 
@@ -15,12 +15,11 @@ from stucksolver.scene.frenet_scene import MOVING_MPS
 from stucksolver.scene.road import LaneDirection, ZoneKind
 
 MOST_STOPS = 16
-"""At most this many stops are tried along a path, evenly spaced: a bound on the work of one check."""
+"""Maximum number of stops that are checked along a path, evenly spaced: a bound on the work of one check."""
 
 
 def commit_mask(case: CheckContext) -> Mask:
-    """(stations,): True where a stop with comfortable braking would end in, or pass through, a place where no vehicle
-    should stop.
+    """(stations,): True where a stop with comfortable braking ends in, or passes through, a place to keep free.
 
     Those places are junctions, crosswalks, level crossings, lanes of oncoming traffic, and the border of a lane that
     the path moves into. There the safe option is to finish the path, which has been proven.
@@ -55,14 +54,14 @@ def no_stopping_place(case: CheckContext) -> Mask:
 
 
 def are_stops_safe(case: CheckContext, no_stop: Array) -> list[RejectReason]:
-    """Check that a stop begun at any instant before the commit point hits nobody while the ego is still moving.
+    """Check that a stop begun at any instant before the commit point hits no object while the ego is still moving.
 
-    The path keeps clear of stationary objects everywhere. Once the ego has stopped in its own lane, others must not
+    The path keeps clear of stationary objects everywhere. After the ego has stopped in its own lane, others must not
     drive into it.
 
     Args:
-        case: The plan being checked.
-        no_stop: (stations,) True where the ego is committed, as returned by `commit_mask`.
+        case: Plan being checked.
+        no_stop: (stations,): True where the ego is committed, as returned by `commit_mask`.
     """
     view, policy = case.view, case.policy
     which = relevant(case)
@@ -70,7 +69,7 @@ def are_stops_safe(case: CheckContext, no_stop: Array) -> list[RejectReason]:
     free = np.flatnonzero(~no_stop)
     if not len(which) or not len(free):
         return []
-    # Traffic ahead in our own direction is followed at its own distance.
+    # The ego follows lead vehicles at its own distance.
     ahead = view.vs[which] > policy.prediction.along_mps
     which = which[~(ahead & (np.abs(view.vd[which]) < policy.prediction.steady_mps))]
     if not len(which):
@@ -92,24 +91,22 @@ def are_stops_safe(case: CheckContext, no_stop: Array) -> list[RejectReason]:
         gap[t > (run.t[start] + lasts)[:, None]] = np.inf
         hit = (gap < 0.0) & (gap < gap[:, :1] - policy.clearance.nearer_m)
         if hit.any():
-            when, who = (int(k[0]) for k in np.nonzero(hit)[1:])
-            thing = view.objects[int(which[who])]
-            detail = f"an abort would hit {thing.kind.value} {thing.id} after {t[when]:.1f} s"
-            return [RejectReason(code=RejectCode.NO_ABORT, detail=detail, object_id=thing.id, time_s=float(t[when]))]
+            when, member = (int(k[0]) for k in np.nonzero(hit)[1:])
+            obj = view.objects[int(which[member])]
+            detail = f"{obj.kind.value} {obj.id}: contact at {t[when]:.1f} s after an abort"
+            return [RejectReason(code=RejectCode.NO_ABORT, detail=detail, object_id=obj.id, time_s=float(t[when]))]
     return []
 
 
 def is_junction_stop_clear(case: CheckContext, rejects: list[RejectReason], giving_way: bool) -> bool:
-    """True if braking now in a junction stays clear of everyone, including crossing traffic that the ego would
-    otherwise hit.
+    """True if braking now in a junction stays clear of all objects, including crossing traffic that the ego would hit.
 
-    False if the stop would end in an oncoming lane or on a level crossing. `giving_way`: the vehicle is already
-    braking.
+    False if the stop ends in an oncoming lane or on a level crossing. If `giving_way`, the ego is already braking.
     """
     view, stopping = case.view, case.policy.stopping
     lasts = stopping.lag_s + view.ego.speed_mps / view.ego.limits.comfort_braking_mps2
     named = {r.object_id: r.time_s for r in rejects if r.time_s is not None}
-    met_s = [named[thing.id] for i, thing in enumerate(view.objects) if thing.id in named and goes_straight(case, i)]
+    met_s = [named[obj.id] for i, obj in enumerate(view.objects) if obj.id in named and goes_straight(case, i)]
     if not met_s or min(met_s) > lasts + (stopping.goes_on_s if giving_way else stopping.gives_way_s):
         return False
     return _may_wait(case, float(braking_profile(case)[0][-1])) and stop_is_clear(case, giving_way)
@@ -125,46 +122,46 @@ def stop_is_clear(
     """True if braking now stays clear of every moving object.
 
     Args:
-        case: The rest of the running plan.
-        giving_way: The ego is already braking.
-        braking_mps2: How hard (m/s²); comfortable if None.
-        least_m: The gap to keep (m); `ClearancePolicy.moving_gap_m` if None.
-        lag_s: Time until the brakes act (s); the policy's if None.
+        case: Rest of the running plan.
+        giving_way: True if the ego is already braking.
+        braking_mps2: Deceleration (m/s²); comfortable braking if None.
+        least_m: Gap to keep (m); `ClearancePolicy.moving_gap_m` if None.
+        lag_s: Time until the brakes act (s); that of the policy if None.
     """
     view, policy = case.view, case.policy
     stations, t = braking_profile(case, braking_mps2, lag_s)
     which = relevant(case, float(t[-1]))
     which = which[view.moving[which]]
     gap = moving_gaps(case, stations[None, :], which, t)[0]
-    kept = _kept(case, giving_way, policy.clearance.moving_gap_m if least_m is None else least_m)
-    return not ((gap < kept) & (gap < gap[:1] - policy.clearance.nearer_m)).any()
+    required = _kept(case, giving_way, policy.clearance.moving_gap_m if least_m is None else least_m)
+    return not ((gap < required) & (gap < gap[:1] - policy.clearance.nearer_m)).any()
 
 
 def stops_beside(case: CheckContext, rejects: list[RejectReason], giving_way: bool) -> bool:
-    """True if braking now, with the nose in a lane, stays clear of the traffic in that lane that does not yield.
+    """True if braking now, with the front in a lane, stays clear of the traffic in that lane that does not yield.
 
     That traffic is assumed to keep its speed. False on a level crossing, or if the body reaches into an oncoming lane.
     """
     view, policy = case.view, case.policy
     stations, t = braking_profile(case)
     named = {reject.object_id for reject in rejects}
-    which = np.array([i for i, thing in enumerate(view.objects) if thing.id in named and view.moving[i]], dtype=int)
+    which = np.array([i for i, obj in enumerate(view.objects) if obj.id in named and view.moving[i]], dtype=int)
     if case.on_rails(float(stations[-1])) or case.in_oncoming_lane or not len(which):
         return False
     gap = moving_gaps(case, stations[None, :], which, t)[0]
-    kept = np.full(len(which), _kept(case, giving_way, policy.clearance.standing_gap_m))
-    doubt_m = view.doubt_m[which]
-    # Where places are uncertain, the nose may wait nearer to those who pass than it seemed. They still pass by then, as
-    # long as they do not seem to touch it by more than the uncertainty. To go on would be worse.
-    kept = np.where(doubt_m > 0.0, np.minimum(kept, 0.0) - doubt_m, kept)
-    return not (gap < kept).any()
+    required = np.full(len(which), _kept(case, giving_way, policy.clearance.standing_gap_m))
+    uncertainty_m = view.uncertainty_m[which]
+    # With uncertain positions, the front may wait nearer to passing traffic than its boxes suggest. That traffic still
+    # passes as long as its boxes overlap the ego by no more than the uncertainty. Driving on is the worse option.
+    required = np.where(uncertainty_m > 0.0, np.minimum(required, 0.0) - uncertainty_m, required)
+    return not (gap < required).any()
 
 
 def _kept(case: CheckContext, giving_way: bool, gap_m: float) -> float:
     """Return the gap that a stop must leave (m).
 
-    A vehicle that is already braking for someone keeps braking as long as it stops short of them. A stationary vehicle
-    stays put as long as nobody hits it.
+    A vehicle that is already braking keeps braking as long as it stops short of the other. A stopped vehicle stays as
+    long as no object hits it.
     """
     if not giving_way:
         return gap_m
@@ -176,12 +173,12 @@ def braking_profile(
 ) -> tuple[Array, Array]:
     """Return the ego's arc lengths (m) and the instants (s from now), both (instants,), if it brakes now.
 
-    They run until the ego has been stationary for `StoppingPolicy.stands_s`, and until `until_s` at least.
+    They run until the ego has been stopped for `StoppingPolicy.stands_s`, and at least until `until_s`.
 
     Args:
-        case: The plan being checked.
+        case: Plan being checked.
         braking_mps2: Deceleration (m/s²); comfortable braking if None.
-        lag_s: Time until the brakes act (s); the policy's if None.
+        lag_s: Time until the brakes act (s); that of the policy if None.
         until_s: Time from now (s).
     """
     braking, speed = braking_mps2 or case.view.ego.limits.comfort_braking_mps2, max(case.view.ego.speed_mps, 0.0)
@@ -200,7 +197,7 @@ def _instants(case: CheckContext, end_s: float) -> Array:
 
 
 def _may_wait(case: CheckContext, end_s: float) -> bool:
-    """True if the stop is in a junction or on a crosswalk, and stays in lanes of the ego's own direction."""
+    """True if the stop is in a junction or on a crosswalk, and stays in lanes of the ego's direction."""
     here = case.view.zone_at(float(case.path.s[0]), ZoneKind.JUNCTION, ZoneKind.CROSSWALK)
     if here is None or case.on_rails(end_s):
         return False

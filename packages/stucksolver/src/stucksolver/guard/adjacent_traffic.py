@@ -1,4 +1,4 @@
-"""Traffic in the ego's direction when the path moves sideways: ahead, alongside, and approaching from behind."""
+"""Checks traffic in the ego's direction when the path moves sideways: ahead, alongside, and from behind."""
 
 from __future__ import annotations
 
@@ -13,46 +13,45 @@ from stucksolver.scene.road import LaneDirection
 
 
 def is_followed_lead(case: CheckContext, station: Array, which: Array, t: Array) -> Mask:
-    """(profiles, instants, objects): True for traffic ahead in the ego's direction that the stack follows and so does
-    not hit.
+    """(profiles, instants, objects): True for a lead that the stack follows and therefore does not hit.
 
-    Such a vehicle must be ahead of the ego's front bumper when the ego's body enters its path or is already in it. If
-    the ego moves in behind it, or the plan has not begun, the distance must also let the ego brake to its speed. A
-    vehicle reached while alongside is hit, not followed, and so is one that the path leads round. The result is always
-    False in an oncoming lane, because the ego cannot slow down and follow there. The second axis has length 1 if no
-    object qualifies.
+    The lead must be ahead of the ego's front bumper when the ego's body enters its path or is already in it. If the ego
+    moves in behind it, or the plan has not begun, the distance must also suffice to brake to its speed. A vehicle
+    reached while alongside is hit, not followed. So is a vehicle that the path leads around. The result is always False
+    in an oncoming lane, because the ego cannot slow down and follow there. The second axis has length 1 if no object
+    qualifies.
 
     Args:
-        case: The plan being checked.
-        station: Arc lengths of the ego at the instants `t` (profiles, instants) (m).
-        which: Indices of the objects (objects,).
+        case: Plan being checked.
+        station: (profiles, instants): arc lengths of the ego at the instants `t` (m).
+        which: (objects,): indices of the objects.
         t: Instants (s).
     """
     view, policy = case.view, case.policy.prediction
     leads = (view.vs[which] > policy.along_mps) & (np.abs(view.vd[which]) < policy.steady_mps) & ~view.elsewhere[which]
-    # A pedestrian is not traffic: an adaptive cruise control may not treat one as a lead vehicle.
+    # A pedestrian is not a lead: an adaptive cruise control may not follow one.
     leads &= (view.s[which] + view.along[which] > view.ego_s) & ~view.on_foot[which]
     leads &= np.array([view.objects[int(i)].id not in case.path.passes for i in which], dtype=bool)
     result = np.zeros((len(station), 1, len(which)), dtype=bool)
     for k in np.flatnonzero(leads):
         i = int(which[k])
-        result[:, 0, k] = _is_before_us(case, station, i, t) & _stays_behind(case, station, i, t)
+        result[:, 0, k] = _is_ahead_of_ego(case, station, i, t) & _stays_behind(case, station, i, t)
     if result.any():
         result = result & _on_own_side(case, station)[..., None]
     return result
 
 
-def _is_before_us(case: CheckContext, station: Array, i: int, t: Array) -> Mask:
+def _is_ahead_of_ego(case: CheckContext, station: Array, i: int, t: Array) -> Mask:
     """(profiles,): True if the object is ahead when the ego's body enters its path, or if the body never does."""
     view, path, policy = case.view, case.path, case.policy.entry
-    room = np.abs(np.interp(station, path.s, path.d) - view.d[i]) - np.interp(station, path.s, case.reach)
-    meets = room < view.across[i] + case.room_m(i)
+    gap_m = np.abs(np.interp(station, path.s, path.d) - view.d[i]) - np.interp(station, path.s, case.reach)
+    meets = gap_m < view.across[i] + case.room_m(i)
     first = meets.argmax(axis=1)
-    ways = np.arange(len(station))
-    ahead = view.s[i] + view.vs[i] * t[first] - view.along[i] - station[ways, first] - view.ego.length_m / 2
-    speed = np.interp(station[ways, first], path.s, case.quick.v)
+    rows = np.arange(len(station))
+    ahead = view.s[i] + view.vs[i] * t[first] - view.along[i] - station[rows, first] - view.ego.length_m / 2
+    speed = np.interp(station[rows, first], path.s, case.quick.v)
     slower = np.maximum(speed**2 - view.vs[i] ** 2, 0.0) / (2 * view.ego.limits.comfort_braking_mps2)
-    # If the plan begins behind it, the ego must be able to fall back; once a plan runs, the stack already does so.
+    # If the plan begins behind the object, the ego must be able to fall back. In a running plan the stack does so.
     closing = np.maximum(speed - view.vs[i], 0.0)
     from_start = 0.0 if case.running else slower + closing * case.policy.stopping.lag_s
     needed = np.where(first > 0, policy.headway_s * speed + policy.headway_m + slower, from_start)
@@ -63,18 +62,18 @@ def _is_before_us(case: CheckContext, station: Array, i: int, t: Array) -> Mask:
 def _stays_behind(case: CheckContext, station: Array, i: int, t: Array) -> Mask:
     """(profiles,): True if the ego remains in the object's path to the end, never reaches the object, or joins it.
 
-    A stack falls back behind what its body would run into. It does not behind what the path swings round, or passes at
-    a small distance. To join means to move in behind it, in line with it, and to leave its path before it is reached:
-    should it brake meanwhile, the stack falls back, and `traffic.lane_entry` has kept the distance for that.
+    A stack falls back behind an object in the path of its body. It does not behind an object that the path leads around
+    or passes at a small distance. To join means to move in behind the object, in line with it, and to leave its path
+    before reaching it. If the object brakes meanwhile, the stack falls back, and `lane_entry` has kept the distance.
     """
     view, path, braking = case.view, case.path, case.policy.prediction.braking_mps2
     d = np.interp(station, path.s, path.d)
-    # Only where its body surely is: how uncertain its place is makes it no leader.
-    half_m = np.interp(station, path.s, case.reach) + view.across[i] - view.doubt_m[i]
+    # Without the uncertainty of the position: uncertainty alone makes no lead.
+    half_m = np.interp(station, path.s, case.reach) + view.across[i] - view.uncertainty_m[i]
     meets: Mask = np.abs(d - view.d[i]) < half_m
     lane = view.lane_of[i]
     if lane is not None:
-        # It follows its lane, which may bend away from the route's line.
+        # The object follows its lane, which may bend away from the route's line.
         aside = np.interp(station, lane.s, lane.centre) - float(np.interp(view.s[i], lane.s, lane.centre))
         meets |= np.abs(d - view.d[i] - aside) < half_m
     stays = meets | (np.cumsum(meets, axis=1) == 0)
@@ -97,31 +96,31 @@ def _on_own_side(case: CheckContext, station: Array) -> Mask:
     for lane in case.path.enters:
         if lane.strip.direction is LaneDirection.OPPOSITE:
             oncoming |= case.inside(lane)
-    result: Mask = np.interp(station, case.path.s, oncoming) < 1 / 2  # take the nearest station
+    result: Mask = np.interp(station, case.path.s, oncoming) < 1 / 2  # The nearest station decides.
     return result
 
 
 def from_behind(case: CheckContext) -> list[RejectReason]:
     """Check that traffic approaching alongside from behind can stop behind the ego's body when it enters their path.
 
-    The gap is the RSS distance at that moment. Traffic directly behind the ego keeps its own distance.
+    The gap is the RSS distance at that time. Traffic directly behind the ego keeps its own distance.
     """
     view, path, policy = case.view, case.path, case.policy.entry
     for i in np.flatnonzero((view.vs > MOVING_MPS) & ~view.elsewhere & (view.s - view.along < view.ego_front_s)):
-        left_of_us = bool(view.d[i] > path.d[0])
-        side = 1.0 if left_of_us else -1.0
-        beside = side * (view.d[i] - path.d) - view.across[i] - case.reach
-        # If there is less room at the start, the vehicle alongside copes with that; only coming closer takes room away.
+        on_left = bool(view.d[i] > path.d[0])
+        side = 1.0 if on_left else -1.0
+        gap_m = side * (view.d[i] - path.d) - view.across[i] - case.reach
+        # A smaller gap at the start is accepted by the vehicle alongside. Only coming nearer reduces its space.
         least_m = policy.beside_people_m if view.vulnerable[i] else policy.beside_m
-        room_m = min(least_m, float(beside[0]) - case.policy.clearance.nearer_m)
+        room_m = min(least_m, float(gap_m[0]) - case.policy.clearance.nearer_m)
         border = float(view.d[i]) - side * (float(view.across[i]) + room_m)
-        meets = beside < room_m
-        if beside[0] <= 0.0 or not meets.any() or path.s[int(meets.argmax())] < view.ego_s:
+        meets = gap_m < room_m
+        if gap_m[0] <= 0.0 or not meets.any() or path.s[int(meets.argmax())] < view.ego_s:
             continue
         k = int(meets.argmax())
         if not must_be_proven_now(case, k):
             continue
-        tail = tail_inside_border_s(case, k, np.full(len(path.s) - k, border), left_of_us)
+        tail = tail_inside_border_s(case, k, np.full(len(path.s) - k, border), on_left)
         reject = check_entry_gap(case, k, int(i), tail)
         if reject is not None:
             return [reject]

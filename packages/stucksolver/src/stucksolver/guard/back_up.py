@@ -1,4 +1,4 @@
-"""Where backing up may end. A vehicle that already stands in a junction may back up within it or out of it."""
+"""Checks the end of backing up. An ego that is already in a junction may back up within it or out of it."""
 
 from __future__ import annotations
 
@@ -28,21 +28,21 @@ def backing_place(case: CheckContext) -> list[RejectReason]:
         if not (zone.start_m < end + half and end - half < zone.end_m) or zone == junction:
             continue
         if zone.kind is not ZoneKind.CROSSWALK or _people_near(case, zone):
-            where = zone.kind.value.replace("_", " ")
-            return [RejectReason(code=RejectCode.STOPPING_PLACE, detail=f"backing up would end in a {where}")]
-    return no_oncoming_lane(case) or _comes_into_the_way(case)
+            zone_name = zone.kind.value.replace("_", " ")
+            return [RejectReason(code=RejectCode.STOPPING_PLACE, detail=f"the backing path ends in a {zone_name}")]
+    return no_oncoming_lane(case) or _blocks_moving_object(case)
 
 
 def _people_near(case: CheckContext, zone: Zone) -> bool:
-    """True if someone on foot or on a bicycle is on the crosswalk, or near enough to step onto it."""
+    """True if a pedestrian or cyclist is on the crosswalk, or near enough to step onto it."""
     view, near_m = case.view, case.policy.backing.people_m
     along = (view.s > zone.start_m - near_m) & (view.s < zone.end_m + near_m)
-    beside = np.abs(view.d) - view.across < case.policy.scenes.beside_m
-    return bool((view.vulnerable & along & beside).any())
+    near = np.abs(view.d) - view.across < case.policy.scenes.beside_m
+    return bool((view.vulnerable & along & near).any())
 
 
-def _comes_into_the_way(case: CheckContext) -> list[RejectReason]:
-    """Refuse to stop in the path of a moving object that would not hit the ego where it is now."""
+def _blocks_moving_object(case: CheckContext) -> list[RejectReason]:
+    """Reject a stop in the path of a moving object that does not hit the ego at its present position."""
     view, policy = case.view, case.policy
     arrives_s = 0.0 if case.running else case.slow.duration_s
     t = np.arange(0.0, arrives_s + policy.stopping.goes_on_s, policy.prediction.step_s)
@@ -52,12 +52,15 @@ def _comes_into_the_way(case: CheckContext) -> list[RejectReason]:
         return []
     ends = np.array([[case.path.end_s], [float(case.path.s[0])]]) + np.zeros(len(t))
     gap = moving_gaps(case, ends, which, t)
-    met: Mask = gap.min(axis=1) < policy.clearance.moving_gap_m
-    worse = np.flatnonzero(met[0] & ~met[1])
-    return [_in_the_way_of(case, int(which[k]), float(gap[0, :, k].min())) for k in worse[:1]]
+    contact: Mask = gap.min(axis=1) < policy.clearance.moving_gap_m
+    worse = np.flatnonzero(contact[0] & ~contact[1])
+    return [_blocked(case, int(which[k]), float(gap[0, :, k].min())) for k in worse[:1]]
 
 
-def _in_the_way_of(case: CheckContext, index: int, gap_m: float) -> RejectReason:
-    thing = case.view.objects[index]
-    detail = f"backing up would end in the path of {thing.kind.value} {thing.id}"
-    return RejectReason(code=RejectCode.GAP, detail=detail, object_id=thing.id, gap_m=gap_m)
+def _blocked(case: CheckContext, index: int, gap_m: float) -> RejectReason:
+    obj, required_m = case.view.objects[index], case.policy.clearance.moving_gap_m
+    detail = (
+        f"{obj.kind.value} {obj.id}: gap {gap_m:.2f} m between its predicted path and the end of the backing path, "
+        f"required {required_m:.2f} m"
+    )
+    return RejectReason(code=RejectCode.GAP, detail=detail, object_id=obj.id, gap_m=gap_m)

@@ -1,4 +1,4 @@
-"""What is left of a plan when perception fails after the commit point: its last proven path, slowly, to a stop."""
+"""Ends a plan after a failure of perception past the commit point: slowly along the last proven path, to a stop."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from stucksolver.plan.frenet_path import LEAST_MPS, FrenetPath
 def stopping_soon(case: CheckContext) -> FrenetPath:
     """Return the path up to the first place where the ego can stop and a vehicle may stop, or to its end.
 
-    The ego becomes nowhere faster, and ends at rest with comfortable braking. It stays on the path that the last
-    look has proven free.
+    The ego never speeds up, and ends in a stop with comfortable braking. It stays on the path that was proven free
+    with the last surroundings.
 
     Args:
-        case: The rest of a proven path, with the surroundings of the last look.
+        case: Rest of a proven path, with the last surroundings.
     """
     path, ego = case.path, case.view.ego
     now_mps, braking_mps2 = abs(ego.speed_mps), ego.limits.comfort_braking_mps2
@@ -29,7 +29,7 @@ def stopping_soon(case: CheckContext) -> FrenetPath:
     places = np.flatnonzero(reached & ~oncoming & ~no_stopping_place(case))
     count = max(int(places[0]) + 1, 2) if len(places) else len(path.s)
     left_m = path.s[count - 1] - path.s[:count]
-    # A controller that slows down exactly to zero would stop short of the end.
+    # The bound stays above zero, since a controller that slows down exactly to zero stops short of the end.
     braked = np.maximum(np.sqrt(2 * braking_mps2 * left_m), LEAST_MPS)
     speed = np.minimum.accumulate(np.minimum(np.minimum(path.speed[:count], now_mps), braked))
     speed[-1] = 0.0

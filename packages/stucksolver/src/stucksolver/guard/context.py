@@ -1,4 +1,4 @@
-"""The context of one check: a plan's path, rolled out from the ego's current state."""
+"""Context of one check: the path of a plan, rolled out from the present state of the ego."""
 
 from __future__ import annotations
 
@@ -18,21 +18,21 @@ from stucksolver.scene.road import LaneDirection, LaneKind, ZoneKind
 
 @dataclass(frozen=True)
 class CheckContext:
-    """A plan with two speed hypotheses: the ego as fast as comfort allows, and a sluggish one.
+    """Plan with two speed hypotheses: the ego as fast as comfort allows, and a sluggish one.
 
     Attributes:
-        view: The surroundings in road coordinates.
-        path: The path.
-        policy: The guard's policy.
-        guided: The passenger's words ask for the plan.
-        running: The plan is already running, so the guard also asks what can still be done.
-        approvals: What people have approved.
+        view: Surroundings in road coordinates.
+        path: Path of the plan.
+        policy: Policy of the guard.
+        guided: True if the passenger's guidance requests the plan.
+        running: True if the plan is already running, so that the guard also checks the remaining options.
+        approvals: Approvals by people.
         stopped_at_s: Arc lengths of the stop lines at which the ego had stopped when the plan began (m).
         error_m: Lateral distance of the ego from the proven path (m, left positive).
         error_rad: Heading error against the proven path (rad, left positive).
         commit_s: Arc length up to which the plan is checked again on every tick and may end in a stop (m). None if
             everything must be certain now.
-        sets_off: The ego stands for others, before a junction, and asks whether to go on.
+        sets_off: True if the ego has stopped for others before a junction, and the check decides on setting off.
     """
 
     view: FrenetScene
@@ -49,7 +49,7 @@ class CheckContext:
 
     @cached_property
     def quick(self) -> SpeedProfile:
-        """The path at the vehicle's comfortable acceleration and braking."""
+        """Profile of the path at the vehicle's comfortable acceleration and braking."""
         limits = self.view.ego.limits
         return rollout(
             self.path, self.view.ego.speed_mps, limits.comfort_acceleration_mps2, limits.comfort_braking_mps2
@@ -57,7 +57,7 @@ class CheckContext:
 
     @cached_property
     def slow(self) -> SpeedProfile:
-        """The path driven by a vehicle that starts slowly, with the policy's parameters."""
+        """Profile of the path for a vehicle that starts slowly, with the policy's parameters."""
         policy, ego = self.policy.prediction, self.view.ego
         return slow_launch(self.path, ego.speed_mps, ego.limits, policy.sluggish_speed, policy.sluggish_acceleration)
 
@@ -68,29 +68,29 @@ class CheckContext:
 
     @cached_property
     def reach(self) -> Array:
-        """(stations,): half extent of the body across the road (m), enlarged by the uncertainty of localisation."""
+        """(stations,): half extent of the body across the road (m), enlarged by the uncertainty of localization."""
         half_length, half_width = self.view.ego.length_m / 2, self.view.ego.width_m / 2
         reach: Array = half_width * np.abs(np.cos(self.heading)) + half_length * np.abs(np.sin(self.heading))
         return reach + SURE_SDS * (self.view.ego.position_sd_m or 0.0)
 
-    def doubt_m(self, i: int) -> float:
-        """Return how much nearer to the ego an object seems, across the road, since both places are uncertain (m)."""
-        return float(self.view.doubt_m[i]) + SURE_SDS * (self.view.ego.position_sd_m or 0.0)
+    def uncertainty_m(self, i: int) -> float:
+        """Return how much nearer across the road an object may be than detected, as both poses are uncertain (m)."""
+        return float(self.view.uncertainty_m[i]) + SURE_SDS * (self.view.ego.position_sd_m or 0.0)
 
     def room_m(self, i: int) -> float:
-        """Return the room that an object needs beside the ego (m), besides the uncertainty in its box.
+        """Return the gap that an object needs beside the ego (m), in addition to the uncertainty in its box.
 
-        From where the object is taken to be, the room is that of `EntryPolicy` or the uncertainty, whichever is more.
-        With the sum of both, an ego that waits beside a stream with that room would count as one in the stream's path.
+        From the most likely position of the object, the gap is that of `EntryPolicy` or the uncertainty, whichever is
+        more. With the sum of both, an ego that waits beside a flow at that gap would count as in the path of the flow.
         """
-        return max(self.policy.entry.beside_m - float(self.view.doubt_m[i]), 0.0)
+        return max(self.policy.entry.beside_m - float(self.view.uncertainty_m[i]), 0.0)
 
     def inside(self, lane: Lane) -> Mask:
-        """(stations,): True where the body reaches into a lane by more than a few centimetres."""
-        known = self._inside.get(id(lane))
-        if known is None:
-            known = self._inside[id(lane)] = self._reaching_into(lane)
-        return known
+        """(stations,): True where the body reaches into a lane by more than a few centimeters."""
+        cached = self._inside.get(id(lane))
+        if cached is None:
+            cached = self._inside[id(lane)] = self._reaching_into(lane)
+        return cached
 
     @cached_property
     def _inside(self) -> dict[int, Mask]:
@@ -111,8 +111,8 @@ class CheckContext:
     def first_entries(self, lane: Lane) -> Array:
         """(found,): indices of the stations inside a lane of `path.enters`; the first one is the entry.
 
-        A lane that the body is already in while the plan runs, and the lane in which the path begins, count as entered:
-        for those only later entries from outside are returned.
+        The lane in which the path begins counts as entered. So does, while the plan runs, a lane that the body is
+        already in. For those only later entries from outside are returned.
         """
         if lane is self.start_lane or (self.running and self.inside(lane)[0]):
             return self.entries(lane)
@@ -132,11 +132,11 @@ class CheckContext:
                 yield lane
 
     def on_rails(self, until_s: float) -> bool:
-        """True if the ego's centre or that arc length (m) is on a level crossing."""
+        """True if the ego's center or that arc length (m) is on a level crossing."""
         here = float(self.path.s[0])
         return any(self.view.zone_at(s, ZoneKind.LEVEL_CROSSING) is not None for s in (here, until_s))
 
     @cached_property
     def start_lane(self) -> Lane | None:
-        """The lane in which the path begins, if any."""
+        """Lane in which the path begins, if any."""
         return self.view.frame.lane_at(float(self.path.s[0]), float(self.path.d[0]))

@@ -1,8 +1,8 @@
-"""Past the commit point a path moves sideways towards what stands only with room for the tracking error that may grow.
+"""Checks committed sideways moves toward a stationary object for the tracking error that may grow meanwhile.
 
-Before the commit point a tracking error ends the plan by a stop. Past it the plan is finished, with an error of up to
-`TrackingPolicy.error_m`. On a way back into the lane the heading carries the body towards what was passed, so a stop
-for a contact that is predicted there comes too late.
+Before the commit point a tracking error ends the plan with a stop. After it the plan is finished, with an error of up
+to `TrackingPolicy.error_m`. On a return into the lane the heading carries the body toward the passed object. A stop for
+a contact that is predicted there comes too late.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from stucksolver.scene.frenet_scene import MOVING_MPS
 
 
 def early_return(case: CheckContext, no_stop: Mask) -> list[RejectReason]:
-    """Check that no committed part of a path leads towards a standing object that a tracking error would then touch.
+    """Check that no committed part of a path leads toward a stationary object that a tracking error then touches.
 
-    Along such a part the gap stays at least the largest tracking error since the commit point, or what it was where the
-    path began to lead there: beside an object, an error shows in time for a stop.
+    Along such a part the gap must stay at least the largest tracking error since the commit point. A smaller gap is
+    allowed if the path began to lead there at that gap: beside an object, an error shows in time for a stop.
 
     Args:
-        case: The plan, before it starts.
-        no_stop: (stations,): True where the ego is committed, as `aborts.committed` returns it.
+        case: Plan, before it starts.
+        no_stop: (stations,): True where the ego is committed, as `abort_stops.commit_mask` returns it.
     """
     view, path, which = case.view, case.path, relevant(case)
     which = which[view.speed[which] <= MOVING_MPS]
@@ -44,18 +44,18 @@ def early_return(case: CheckContext, no_stop: Mask) -> list[RejectReason]:
     bad = towards & _past_commit(case, no_stop, which) & (gap < least)
     if not bad.any():
         return []
-    k, who = (int(found[0]) for found in np.nonzero(bad))
-    thing = view.objects[int(which[who])]
+    k, member = (int(index[0]) for index in np.nonzero(bad))
+    obj = view.objects[int(which[member])]
     detail = (
-        f"turns back onto {thing.kind.value} {thing.id} past the commit point: gap {gap[k, who]:.1f} m, "
-        f"a tracking error needs {least[k, who]:.1f} m"
+        f"{obj.kind.value} {obj.id}: gap {gap[k, member]:.2f} m on the return past the commit point, "
+        f"required {least[k, member]:.2f} m with a tracking error"
     )
-    time_s, gap_m = float(case.slow.t[k]), float(gap[k, who])
-    return [RejectReason(code=RejectCode.GAP, detail=detail, object_id=thing.id, time_s=time_s, gap_m=gap_m)]
+    time_s, gap_m = float(case.slow.t[k]), float(gap[k, member])
+    return [RejectReason(code=RejectCode.GAP, detail=detail, object_id=obj.id, time_s=time_s, gap_m=gap_m)]
 
 
 def _grown_error(case: CheckContext, no_stop: Mask) -> Array:
-    """(stations,): the largest tracking error that can have grown since the commit point (m)."""
+    """(stations,): largest tracking error that can have grown since the commit point (m)."""
     tracking, t = case.policy.tracking, case.slow.t
     since_s = np.maximum(t - t[int(no_stop.argmax())], 0.0)
     grown: Array = np.minimum(tracking.beside_m + tracking.drift_mps * since_s, tracking.error_m)
@@ -63,9 +63,9 @@ def _grown_error(case: CheckContext, no_stop: Mask) -> Array:
 
 
 def _past_commit(case: CheckContext, no_stop: Mask, which: Array) -> Mask:
-    """(stations, objects): True on committed parts, and beside what is passed on all that follows.
+    """(stations, objects): True on committed parts, and for passed objects on the whole rest of the path.
 
-    The front may be back in the own lane, where a stop is allowed, before the tail is clear.
+    The front may be back in the ego's lane, where a stop is allowed, before the tail is clear.
     """
     passed = np.array([case.view.objects[int(i)].id in case.path.passes for i in which], dtype=bool)
     begun = np.maximum.accumulate(no_stop)

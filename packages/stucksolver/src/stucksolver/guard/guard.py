@@ -1,4 +1,4 @@
-"""The guard: proves a plan before it starts, and again on every tick while it runs. It reads only surroundings."""
+"""Proves a plan before it starts, and again on every tick while it runs. The guard reads only surroundings."""
 
 from __future__ import annotations
 
@@ -26,9 +26,8 @@ from stucksolver.plan.behaviors import (
     Behavior,
     BehaviorStart,
     Check,
+    LegBehavior,
     NoPathError,
-    RequestAssistance,
-    TurnAround,
 )
 from stucksolver.plan.behaviors.registry import unknown_behavior_reason
 from stucksolver.plan.frenet_path import FrenetPath, lateral, shortest_shift
@@ -38,14 +37,14 @@ from stucksolver.scene.plausibility import implausibility
 from stucksolver.scene.road import LaneDirection, ZoneKind
 
 MOST = 6
-"""Largest number of behaviours checked in a plan: a bound on the work of one check."""
+"""Maximum number of behaviors in a plan: a bound on the work of one check."""
 
 
 class Guard:
-    """Accepts, refuses and aborts plans. The policy is fixed when the guard is created.
+    """Checker that accepts, rejects and aborts plans. Its policy is fixed when it is created.
 
     Args:
-        policy: The bounds that no plan may cross; the design's defaults if None.
+        policy: Bounds that no plan may cross; the design's defaults if None.
     """
 
     def __init__(self, policy: GuardPolicy | None = None) -> None:
@@ -59,22 +58,23 @@ class Guard:
         approvals: Approvals = NOBODY,
         stops: bool = False,
     ) -> tuple[Verdict, ProvenPlan | None]:
-        """Judge moving behaviours as one path from the ego's current state.
+        """Check moving behaviors as one path from the ego's present state.
 
         Args:
-            behaviors: The behaviours, in order.
-            view: The surroundings in road coordinates.
-            guided: The passenger's words ask for the plan.
-            approvals: What people have approved.
-            stops: The path must end at rest, because the next behaviour stands still or is judged only there.
+            behaviors: Behaviors, in order.
+            view: Surroundings in road coordinates.
+            guided: True if the passenger's guidance requests the plan.
+            approvals: Approvals by people.
+            stops: True if the path must end in a stop, because the next behavior has no motion or is checked there.
 
         Returns:
-            The verdict, and the proven path (None if refused).
+            Verdict, and the proven path (None if rejected).
         """
-        wrong = _unsound(behaviors, view)
+        wrong = _implausible_input(behaviors, view)
         if wrong is not None:
             return Verdict(rejects=(wrong,)), None
-        first = [r for r in (self._stale(view), *(self._unreleased(b, approvals) for b in behaviors)) if r]
+        # The cheap checks come first: without fresh surroundings and approvals, a path proves nothing.
+        first = [r for r in (self._stale(view), *(self._lacks_approval(b, approvals) for b in behaviors)) if r]
         if first:
             return Verdict(rejects=tuple(first)), None
         try:
@@ -82,9 +82,9 @@ class Guard:
         except NoPathError as error:
             return no_path(error), None
         view = self._facing(view, proven)
-        way = tracked_path(proven.path, view, self.policy.tracking, reverse=proven.reverse)
+        tracked = tracked_path(proven.path, view, self.policy.tracking, reverse=proven.reverse)
         commit_s = proven.commit_s(view.ego_s)
-        case = CheckContext(view, way, self.policy, guided, approvals=approvals, commit_s=commit_s)
+        case = CheckContext(view, tracked, self.policy, guided, approvals=approvals, commit_s=commit_s)
         rejects = self._run(proven.checks, case) or self._swings(case, proven) or early_return(case, proven.no_stop)
         rejects = rejects or are_stops_safe(case, proven.no_stop)
         if stops:
@@ -96,57 +96,56 @@ class Guard:
         )
 
     def accept_turn(
-        self, behavior: TurnAround, view: FrenetScene, approvals: Approvals = NOBODY
+        self, behavior: LegBehavior, view: FrenetScene, approvals: Approvals = NOBODY
     ) -> tuple[Verdict, ProvenLeg | None]:
-        """Judge the rest of a turn from where the ego is.
+        """Check the rest of a turn from the ego's present pose.
 
         Returns:
-            The verdict, and the first leg (None if refused).
+            Verdict, and the first leg (None if rejected).
         """
-        wrong = _unsound((behavior,), view) or self._stale(view) or self._unreleased(behavior, approvals)
+        wrong = _implausible_input((behavior,), view) or self._stale(view) or self._lacks_approval(behavior, approvals)
         if wrong is not None:
             return Verdict(rejects=(wrong,)), None
         return prove_turn(behavior, view, self.policy, approvals)
 
     def recheck_turn(self, proven: ProvenLeg, view: FrenetScene) -> Verdict:
-        """Judge a running leg of a turn on this tick. A refusal names the abort: stop or give way."""
+        """Check a running leg of a turn on this tick. A rejection has the abort: stop or yield."""
         old = self._stale(view)
         if old is not None:
             return Verdict(rejects=(old,), abort=AbortAction.YIELD, brake_mps2=view.ego.limits.comfort_braking_mps2)
         return recheck_leg(proven, view, self.policy)
 
     def allows_standing(self, behavior: Behavior, view: FrenetScene, approvals: Approvals = NOBODY) -> Verdict:
-        """Judge a behaviour that stands still."""
-        old = _unsound((behavior,), view) or self._stale(view) or self._unreleased(behavior, approvals)
+        """Check a behavior without motion."""
+        old = _implausible_input((behavior,), view) or self._stale(view) or self._lacks_approval(behavior, approvals)
         why = behavior.precondition(view)
         if old:
             return Verdict(rejects=(old,))
-        if why is None and isinstance(behavior, RequestAssistance) and not self.may_stand(view):
-            detail = (
-                "the vehicle may wait for help only where it may stop, not in a junction, crossing or oncoming lane"
-            )
+        detail = behavior.stopping_place_detail
+        if why is None and detail is not None and not self.may_stand(view):
             return Verdict(rejects=(RejectReason(code=RejectCode.STOPPING_PLACE, detail=detail),))
         return Verdict(rejects=(RejectReason(code=RejectCode.PRECONDITION, detail=why),)) if why else OK
 
     def recheck(self, proven: ProvenPlan, view: FrenetScene, giving_way: lane_entry.GivingWay = False) -> Verdict:
-        """Judge a running plan on this tick.
+        """Check a running plan on this tick.
 
         Args:
-            proven: The accepted plan.
-            view: The surroundings in road coordinates.
-            giving_way: To whom the last abort gave way. The plan continues only if the path stays clear long enough.
+            proven: Accepted plan.
+            view: Surroundings in road coordinates.
+            giving_way: Vehicles to which the last abort yielded. The plan continues only if the path stays clear long
+                enough.
 
         Returns:
-            The verdict. If it has reasons, it names the abort.
+            Verdict. If it has reject reasons, it has the abort as well.
         """
         view = self._facing(view, proven)
         case = self._running(proven, view)
         off = self._off_path(case.error_m) or self._too_fast(proven, view)
         old = self._stale(view)
         if not proven.committed(view.ego_s):
-            known = [reject for reject in (old, off) if reject]
-            rejects = known or self._run(proven.checks_on_tick, case) or self._swings(case, proven)
-            return self._given_up(case, rejects) if rejects else OK
+            early = [reject for reject in (old, off) if reject]
+            rejects = early or self._run(proven.checks_on_tick, case) or self._swings(case, proven)
+            return self._aborted(case, rejects) if rejects else OK
         if old is not None:
             return Verdict(rejects=(old,), abort=AbortAction.YIELD if giving_way else AbortAction.STOP_SOON)
         if not case.in_oncoming_lane:
@@ -156,25 +155,25 @@ class Guard:
         case = replace(case, sets_off=bool(giving_way) and waits_outside(case))
         rejects = ([off] if off else []) + path_checks.collision(case)
         pressing = [] if proven.reverse else lane_entry.check_rear_traffic_can_stop(case, giving_way)
-        way = self._after_commit(case, proven, rejects, pressing, bool(giving_way))
-        if way is None:
+        option = self._after_commit(case, proven, rejects, pressing, bool(giving_way))
+        if option is None:
             return OK
-        return Verdict(rejects=tuple(rejects + pressing), abort=way.abort, brake_mps2=way.brake_mps2)
+        return Verdict(rejects=tuple(rejects + pressing), abort=option.abort, brake_mps2=option.brake_mps2)
 
     def harder_stop(self, proven: ProvenPlan, view: FrenetScene) -> float | None:
-        """Return how hard to brake for the rest of a stop that has begun (m/s²); None if gentle braking hits nobody.
+        """Return the deceleration for the rest of a stop that has begun (m/s²); None if gentle braking hits no object.
 
         Args:
-            proven: The plan that the stop ended.
-            view: The surroundings in road coordinates.
+            proven: Plan that the stop ended.
+            view: Surroundings in road coordinates.
         """
         return None if self._stale(view) else hard_braking_mps2(self._running(proven, self._facing(view, proven)))
 
     def _running(self, proven: ProvenPlan, view: FrenetScene) -> CheckContext:
-        """Return the rest of a running plan, from where the ego is."""
+        """Return the rest of a running plan, from the ego's present pose."""
         error_m, error_rad = self._error(proven.path, view)
         rest = tracked_path(proven.path.from_station(view.ego_s), view, self.policy.tracking, reverse=proven.reverse)
-        # The stack's window of the road moves with the ego, so entered lanes are looked up in the present one.
+        # The stack's window of the road moves with the ego, so the entered lanes are taken from the present window.
         rest = replace(rest, enters=tuple(view.frame.same_lane(lane) for lane in rest.enters))
         case = CheckContext(view, rest, self.policy, proven.guided, running=True, approvals=proven.approvals)
         case = replace(case, stopped_at_s=proven.stopped_at_s, error_m=error_m, error_rad=error_rad)
@@ -188,9 +187,9 @@ class Guard:
         pressing: list[RejectReason],
         giving_way: bool,
     ) -> EvasiveOption | None:
-        """Return the best action if it is doubtful whether to continue; None to continue the plan.
+        """Return the best option if it is uncertain whether to continue; None to continue the plan.
 
-        First comes a return into the lane, then a stop that lets others pass, then the action with the least harm.
+        The order is: a return into the lane, a stop that lets others pass, the option with the least harm.
         """
         off = any(r.code in (RejectCode.DEVIATION, RejectCode.OVERSPEED) for r in rejects)
         wanted = {b.abort_after_commit for b in proven.behaviors}
@@ -206,22 +205,24 @@ class Guard:
             return EvasiveOption(AbortAction.YIELD)
         return least_harmful_option(case, giving_way) if rejects else None
 
-    def _given_up(self, case: CheckContext, rejects: list[RejectReason]) -> Verdict:
-        way = self._before_commit(case.view)
+    def _aborted(self, case: CheckContext, rejects: list[RejectReason]) -> Verdict:
+        action = self._before_commit(case.view)
         hard = (
-            (speed_caps.brakes_for_door(case, rejects) or hard_braking_mps2(case)) if way is AbortAction.STOP else None
+            (speed_caps.brakes_for_door(case, rejects) or hard_braking_mps2(case))
+            if action is AbortAction.STOP
+            else None
         )
-        return Verdict(rejects=tuple(rejects), abort=way, brake_mps2=hard)
+        return Verdict(rejects=tuple(rejects), abort=action, brake_mps2=hard)
 
     def _before_commit(self, view: FrenetScene) -> AbortAction:
-        """Return how to abort: by a stop, unless the ego has strayed into an oncoming lane and must not stop there."""
+        """Return the abort: a stop, unless the ego has strayed into an oncoming lane and must not stop there."""
         lane = view.ego_lane
         if lane is None or lane.strip.direction is not LaneDirection.OPPOSITE:
             return AbortAction.STOP
         return AbortAction.FINISH if self.way_back(view) is None else AbortAction.RETURN_TO_LANE
 
     def may_stand(self, view: FrenetScene) -> bool:
-        """True if the ego may stop here: in no junction, crosswalk, level crossing or lane of oncoming traffic."""
+        """True if the ego may stop here: outside junctions, crosswalks, level crossings and oncoming lanes."""
         if view.zone_at(view.ego_s) is not None:
             return False
         half = view.ego.width_m / 2 - self.policy.lanes.standing_edge_m
@@ -229,14 +230,14 @@ class Guard:
         return not any(lane is not None and lane.strip.direction is LaneDirection.OPPOSITE for lane in lanes)
 
     def stopping_soon(self, path: FrenetPath, view: FrenetScene, reverse: bool = False) -> FrenetPath | None:
-        """Return how a path ends if perception has failed past the commit point; None to brake at once.
+        """Return the end of a path after a failure of perception past the commit point; None to brake at once.
 
-        From an oncoming lane it leads back into the ego's own lane, if that way was free at the last look.
+        From an oncoming lane it leads back into the ego's own lane, if that path was free in the last surroundings.
 
         Args:
-            path: The running path.
-            view: The surroundings at the last look, in road coordinates.
-            reverse: The path backs up.
+            path: Running path.
+            view: Last surroundings, in road coordinates.
+            reverse: True if the path backs up.
         """
         view = view.backwards if reverse else view
         case = CheckContext(view, path.from_station(view.ego_s), self.policy, running=True)
@@ -256,11 +257,11 @@ class Guard:
         return None if brakes else slowly
 
     def is_stale(self, view: FrenetScene) -> bool:
-        """True if the surroundings are too old to judge anything by."""
+        """True if the surroundings are too old for any check."""
         return self._stale(view) is not None
 
     def way_back(self, view: FrenetScene) -> FrenetPath | None:
-        """Return a collision-free path from here into the route's own lane that ends on no level crossing, or None."""
+        """Return a path without contact from here into the route's lane, or None. It ends on no level crossing."""
         policy = self.policy.stopping
         speed, tightest = max(view.ego.speed_mps, policy.return_least_mps), view.ego.limits.min_turn_radius_m
         length = max(policy.return_s * speed, shortest_shift(view.ego_d, tightest), policy.return_least_m)
@@ -275,31 +276,31 @@ class Guard:
         return path if strict.in_oncoming_lane and not path_checks.collision(loose) else None
 
     def recheck_way_back(self, path: FrenetPath, view: FrenetScene, giving_way: bool = False) -> Verdict:
-        """Judge a path back into the lane on this tick. A refusal says whether to brake or to finish."""
+        """Check a path back into the lane on this tick. A rejection has the abort: brake or finish."""
         rest = tracked_path(path.from_station(view.ego_s), view, self.policy.tracking)
         error_m, error_rad = self._error(path, view)
         case = CheckContext(view, rest, self.policy, running=True, error_m=error_m, error_rad=error_rad)
         rejects = path_checks.collision(case)
         if not rejects:
             return OK
-        way = least_harmful_option(case, giving_way)
-        return Verdict(rejects=tuple(rejects), abort=way.abort, brake_mps2=way.brake_mps2)
+        option = least_harmful_option(case, giving_way)
+        return Verdict(rejects=tuple(rejects), abort=option.abort, brake_mps2=option.brake_mps2)
 
     def clear_to_hand_back(self, view: FrenetScene) -> bool:
-        """True if the stack may drive on by itself from here, or must because no vehicle may stop here."""
+        """True if the stack may resume driving from here, or must because no vehicle may stop here."""
         return not self.may_stand(view) or clear_to_hand_back(view, self.policy)
 
     def about_to_touch(self, view: FrenetScene, curvature_per_m: float) -> RejectReason | None:
-        """Return what the driver touches unless it is made to brake hard now; None if nothing, or nothing is known."""
+        """Return the contact of the driver unless the guard brakes hard now; None without one or with stale data."""
         return None if self._stale(view) else about_to_touch(view, self.policy, curvature_per_m)
 
     def lay_out(
         self, behaviors: Sequence[Behavior], view: FrenetScene, guided: bool, approvals: Approvals, stops: bool = False
     ) -> ProvenPlan:
-        """Plan behaviours as one path from here, without judging it. The arguments are those of `accept`.
+        """Plan behaviors as one path from here, without checking it. The arguments are those of `accept`.
 
         Raises:
-            CannotPlan: The behaviours have no path here.
+            NoPathError: The behaviors have no path here.
         """
         if len({b.reverse for b in behaviors}) > 1:
             raise NoPathError(
@@ -342,52 +343,56 @@ class Guard:
         return [reject for name in names for reject in CHECKS[name](case)]
 
     def _swings(self, case: CheckContext, proven: ProvenPlan) -> list[RejectReason]:
-        """Return the reasons against backing up at an angle if the body is not straightened on the way."""
+        """Return the reject reasons of backing up at an angle if the body is not straightened on the way."""
         if not proven.reverse:
             return []
         path = proven.path.from_station(case.view.ego_s) if case.running else proven.path
-        way = swing_out_motion(path, case.view, self.policy.tracking, self.policy.stopping.lag_s)
-        if way is None:
+        straight = swing_out_motion(path, case.view, self.policy.tracking, self.policy.stopping.lag_s)
+        if straight is None:
             return []
-        # For a vehicle that backs up, oncoming traffic comes from behind.
-        askew = replace(case, path=way)
+        # For an ego that backs up, oncoming traffic approaches from behind.
+        askew = replace(case, path=straight)
         return path_checks.collision(askew) + from_behind(askew)
 
-    def _unreleased(self, behavior: Behavior, approvals: Approvals) -> RejectReason | None:
+    def _lacks_approval(self, behavior: Behavior, approvals: Approvals) -> RejectReason | None:
         needed = self.policy.release(behavior.name)
         if approvals.cover(behavior.name, needed):
             return None
-        return RejectReason(code=RejectCode.APPROVAL, detail=f"{behavior.name} needs approval from the {needed.value}")
+        detail = f"{behavior.name}: requires approval from the {needed.value}"
+        return RejectReason(code=RejectCode.APPROVAL, detail=detail)
 
     def _stale(self, view: FrenetScene) -> RejectReason | None:
-        old = RejectReason(code=RejectCode.STALE, detail=f"the surroundings are {view.surroundings.age_s:.1f} s old")
-        return old if view.surroundings.age_s > self.policy.max_age_s else None
+        age_s, most_s = view.surroundings.age_s, self.policy.max_age_s
+        detail = f"surroundings: age {age_s:.1f} s, allowed {most_s:.1f} s"
+        return RejectReason(code=RejectCode.STALE, detail=detail) if age_s > most_s else None
 
     def _too_fast(self, proven: ProvenPlan, view: FrenetScene) -> RejectReason | None:
-        """Check that the vehicle keeps to the plan's speed. It may be faster only if it was when the plan began."""
+        """Check that the ego keeps to the plan's speed. It may be faster only if it was when the plan began."""
         cap = float(proven.path.speed.max()) + self.policy.speeds.tolerance_mps
         now = abs(view.ego.speed_mps)
         if now <= max(cap, proven.start_mps):
             return None
-        return RejectReason(code=RejectCode.OVERSPEED, detail=f"drives at {now:.1f} m/s; the plan allows {cap:.1f} m/s")
+        return RejectReason(
+            code=RejectCode.OVERSPEED, detail=f"speed {now:.1f} m/s exceeds the plan's limit of {cap:.1f} m/s"
+        )
 
     def _off_path(self, error_m: float) -> RejectReason | None:
-        off_m = abs(error_m)
-        off = RejectReason(code=RejectCode.DEVIATION, detail=f"{off_m:.1f} m off the proven path", gap_m=off_m)
-        return off if off_m > self.policy.tracking.error_m else None
+        off_m, most_m = abs(error_m), self.policy.tracking.error_m
+        detail = f"ego {off_m:.2f} m off the proven path, allowed {most_m:.2f} m"
+        return RejectReason(code=RejectCode.DEVIATION, detail=detail, gap_m=off_m) if off_m > most_m else None
 
     @staticmethod
     def _error(path: FrenetPath, view: FrenetScene) -> tuple[float, float]:
         """Return the lateral distance from the proven path (m) and the heading error (rad), left positive."""
-        beside = view.ego_d - float(np.interp(view.ego_s, path.s, path.d))
-        return beside, view.ego_yaw - float(np.interp(view.ego_s, path.s, path.heading()))
+        offset = view.ego_d - float(np.interp(view.ego_s, path.s, path.d))
+        return offset, view.ego_yaw - float(np.interp(view.ego_s, path.s, path.heading()))
 
 
-def _unsound(behaviors: Sequence[Behavior], view: FrenetScene) -> RejectReason | None:
-    """Check the inputs: the surroundings are plausible, and the behaviours are known and within their bounds."""
+def _implausible_input(behaviors: Sequence[Behavior], view: FrenetScene) -> RejectReason | None:
+    """Check that the surroundings are plausible, and that the behaviors are known and within their bounds."""
     wrong = implausibility(view.surroundings) or next(
         (why for b in behaviors[:MOST] if (why := unknown_behavior_reason(b))), None
     )
     if wrong is None and len(behaviors) > MOST:
-        wrong = f"{len(behaviors)} behaviours; at most {MOST} are checked"
+        wrong = f"{len(behaviors)} behaviors, allowed {MOST}"
     return None if wrong is None else RejectReason(code=RejectCode.IMPLAUSIBLE, detail=wrong)

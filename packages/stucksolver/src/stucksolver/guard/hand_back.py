@@ -1,4 +1,4 @@
-"""Decides whether the stack may drive on by itself where a plan or a stop has ended, and watches it afterwards."""
+"""Decides whether the stack may resume driving where a plan or a stop has ended, and watches it afterward."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from stucksolver.scene.frenet_scene import MOVING_MPS, FrenetScene
 from stucksolver.scene.objects import PASSABLE_KINDS
 
 SAMPLES = 16
-"""Samples of the arc back; finer than the stations of a path."""
+"""Number of samples of the arc back; finer than the stations of a path."""
 
 
 def clear_to_hand_back(view: FrenetScene, policy: GuardPolicy, curvature_per_m: float = 0.0) -> bool:
-    """True if the driver's own next second is clear, and the tightest path back into the lane if the ego is not in it.
+    """True if the driver's own next second is clear, and for an ego out of its lane also the tightest path back.
 
     Driving stacks look along their lane. If the vehicle is askew beside an obstacle, a stack may miss the obstacle and
     steer into it, as CARLA's BehaviorAgent does.
@@ -41,10 +41,10 @@ def clear_to_hand_back(view: FrenetScene, policy: GuardPolicy, curvature_per_m: 
 
 
 def next_second(view: FrenetScene, policy: GuardPolicy, curvature_per_m: float = 0.0) -> RejectReason | None:
-    """Return what the driver would touch next if it drove on from here, or None.
+    """Return the next contact of the driver if it drives on from here, or None.
 
-    A stopped ego sets off with comfortable acceleration, and what it would touch within `HandBackPolicy.own_s` counts.
-    For a moving ego only that counts which it can no longer avoid by braking: see `about_to_touch`.
+    A stopped ego sets off with comfortable acceleration, and contacts within `HandBackPolicy.own_s` count. For a moving
+    ego only those count that braking can no longer avoid: see `about_to_touch`.
     """
     if abs(view.ego.speed_mps) > policy.stopping.rests_mps:
         return about_to_touch(view, policy, curvature_per_m)
@@ -54,14 +54,14 @@ def next_second(view: FrenetScene, policy: GuardPolicy, curvature_per_m: float =
 
 
 def about_to_touch(view: FrenetScene, policy: GuardPolicy, curvature_per_m: float = 0.0) -> RejectReason | None:
-    """Return what the ego touches unless it brakes hard now, or None: the last moment at which a stop still helps.
+    """Return the contact of the ego unless it brakes hard now, or None: the last time at which a stop still helps.
 
-    The ego keeps its speed and its curve for `HandBackPolicy.check_s` and the time until the brakes act; then it brakes
-    as hard as it can. Moving objects keep their velocity; one counts only if braking at once does avoid it.
+    The ego keeps its speed and its curve for `HandBackPolicy.check_s` and the time until the brakes act. Then it brakes
+    as hard as it can. Moving objects keep their velocity; such an object counts only if braking at once avoids it.
 
     Args:
-        view: The surroundings in road coordinates.
-        policy: The guard's policy.
+        view: Surroundings in road coordinates.
+        policy: Policy of the guard.
         curvature_per_m: Curvature of the driven path (1/m, left positive).
     """
     speed = abs(view.ego.speed_mps)
@@ -83,23 +83,23 @@ def _instants(end_s: float, policy: GuardPolicy) -> Array:
 
 
 def _braked_m(speed_mps: float, brake_mps2: float, delay_s: float, t: Array) -> Array:
-    """(instants,): distance driven at constant speed for a time, then braking (m)."""
+    """(instants,): distance driven at constant speed for a time, then with braking (m)."""
     since = np.clip(t - delay_s, 0.0, speed_mps / brake_mps2)
     result: Array = speed_mps * np.minimum(t, delay_s) + speed_mps * since - brake_mps2 * since**2 / 2
     return result
 
 
 def _touches(view: FrenetScene, policy: GuardPolicy, driven_m: Array, t: Array, curvature_per_m: float) -> Mask:
-    """(instants, objects): True where the ego touches an object and comes nearer to it than it is now.
+    """(instants, objects): True where the ego touches an object and is nearer to it than now.
 
-    The objects have the size that is most likely: this check takes the wheel from a driver, it accepts no plan.
+    The objects have their most likely size: this check takes over from a driver, it accepts no plan.
     """
     ego = view.ego
-    way = driven_m if ego.speed_mps >= 0.0 else -driven_m
-    half_turn = curvature_per_m * way / 2
-    # The rear axle moves along the heading: in a curve the centre moves towards its inside, and the body cuts in.
+    driven = driven_m if ego.speed_mps >= 0.0 else -driven_m
+    half_turn = curvature_per_m * driven / 2
+    # The rear axle moves along the heading. In a curve the center moves toward the inside, and the body cuts in.
     slip = math.asin(max(-1.0, min(curvature_per_m * ego.limits.wheelbase_m / 2, 1.0)))
-    chord, bearing = way * np.sinc(half_turn / np.pi), ego.yaw_rad + slip + half_turn
+    chord, bearing = driven * np.sinc(half_turn / np.pi), ego.yaw_rad + slip + half_turn
     x, y = ego.x_m + chord * np.cos(bearing), ego.y_m + chord * np.sin(bearing)
     others = view.objects
     vx, vy = (np.array([getattr(o, name) for o in others]) for name in ("vx_mps", "vy_mps"))
@@ -114,7 +114,7 @@ def _touches(view: FrenetScene, policy: GuardPolicy, driven_m: Array, t: Array, 
         (np.array([o.length_m / 2 for o in others]), np.array([o.width_m / 2 for o in others])),
     )
     soft = np.array([_is_soft(view, i, policy) for i in range(len(view.objects))], dtype=bool)
-    # What is a few centimetres away can come no nearer than those, so there every overlap counts.
+    # An object at a distance of a few centimeters can come no nearer than these, so there every overlap counts.
     nearer = (gap < gap[:1] - policy.clearance.nearer_m) | ((gap < 0.0) & (gap[:1] >= 0.0))
     result: Mask = (gap < policy.harm.touch_m) & nearer & ~soft
     return result
@@ -122,25 +122,23 @@ def _touches(view: FrenetScene, policy: GuardPolicy, driven_m: Array, t: Array, 
 
 def _is_soft(view: FrenetScene, i: int, policy: GuardPolicy) -> bool:
     """True for an object that a driver may drive over: soft by its class, and flat."""
-    thing = view.objects[i]
-    return thing.kind in PASSABLE_KINDS and thing.height_m <= policy.passable.height_m
+    obj = view.objects[i]
+    return obj.kind in PASSABLE_KINDS and obj.height_m <= policy.passable.height_m
 
 
 def _first(view: FrenetScene, t: Array, going_on: Mask, stopping: Mask) -> RejectReason | None:
-    """Return the first contact of driving on that stopping helps with: with what stands, or what stopping avoids."""
+    """Return the first contact that stopping avoids; contacts with stationary objects always count."""
     helps = going_on & ~(stopping.any(axis=0) & view.moving)
     if not helps.any():
         return None
-    when, who = (int(k[0]) for k in np.nonzero(helps))
-    thing = view.objects[who]
-    detail = f"the driver would touch {thing.kind.value} {thing.id} after {t[when]:.1f} s"
-    return RejectReason(code=RejectCode.COLLISION, detail=detail, object_id=thing.id, time_s=float(t[when]))
+    when, member = (int(k[0]) for k in np.nonzero(helps))
+    obj = view.objects[member]
+    detail = f"{obj.kind.value} {obj.id}: contact after {t[when]:.1f} s of the driver's motion"
+    return RejectReason(code=RejectCode.COLLISION, detail=detail, object_id=obj.id, time_s=float(t[when]))
 
 
 def _turning_back(view: FrenetScene, policy: HandBackPolicy) -> FrenetPath:
-    """Return an arc at the smallest radius to the road's direction, followed by a shift to the centre of the
-    route's lane.
-    """
+    """Return an arc at the smallest radius to the road's direction, and a shift to the center of the route's lane."""
     radius, side = view.ego.limits.min_turn_radius_m, np.sign(view.ego_yaw)
     first = min(abs(view.ego_yaw), policy.most_turn_rad)
     turn = np.linspace(first, 0.0, SAMPLES)

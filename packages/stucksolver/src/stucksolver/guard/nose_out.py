@@ -1,8 +1,8 @@
-"""A lane change that waits for its gap with the nose out: begun at the border, and judged like any running plan.
+"""Begins a lane change with the front at the lane border, where the ego waits for its gap like in any running plan.
 
-From a stand inside the lane, a lane change must be proven before it begins, through all the metres to the border. A
-vehicle that stands at the border begins at once and gives way on every tick until `Guard.recheck` lets it go on. So
-there is one proof for the wait and for the lane change that ends it: they cannot disagree.
+A lane change from a stop inside the lane must be proven before it begins, over the whole distance to the border. An ego
+that has stopped at the border begins at once and yields on every tick until `Guard.recheck` lets it continue. The wait
+and the lane change that ends it have the same proof, so they cannot disagree.
 """
 
 from __future__ import annotations
@@ -24,20 +24,20 @@ from stucksolver.scene.road import LaneDirection
 def begin_nosed_out(
     guard: Guard, behaviors: Sequence[Behavior], view: FrenetScene, guided: bool, approvals: Approvals, stops: bool
 ) -> tuple[Verdict, ProvenPlan] | None:
-    """Begin a lane change that was refused only for traffic, with the nose out, by giving way to that traffic.
+    """Begin a lane change from the border that was rejected only for traffic, by yielding to that traffic.
 
     The plan is committed from its start: it ends when it is finished, or when `Guard.recheck` ends it.
 
     Args:
-        guard: The guard, which refused the plan only for traffic that will move on.
-        behaviors: The behaviours, in order.
-        view: The surroundings in road coordinates.
-        guided: The passenger's words ask for the plan.
-        approvals: What people have approved.
-        stops: The path must end at rest.
+        guard: Guard that rejected the plan only for traffic that will move on.
+        behaviors: Behaviors, in order.
+        view: Surroundings in road coordinates.
+        guided: True if the passenger's guidance requests the plan.
+        approvals: Approvals by people.
+        stops: True if the path must end in a stop.
 
     Returns:
-        The verdict of the first tick and the plan; None if the nose is not out, or if the guard would not give way.
+        Verdict of the first tick and the plan; None if the ego has not nosed out, or if the guard does not yield.
     """
     try:
         proven = guard.lay_out(behaviors, view, guided, approvals, stops)
@@ -51,10 +51,10 @@ def begin_nosed_out(
 
 
 def is_nosed_out(guard: Guard, proven: ProvenPlan, view: FrenetScene) -> bool:
-    """True if the ego stands with its nose at the border of a lane that the plan enters, turned towards it.
+    """True if the ego has stopped with its front at the border of a lane that the plan enters, turned toward it.
 
-    The lane's traffic then sees where the ego wants to go. Only for lanes of the ego's own direction: nobody waits in
-    the lane of oncoming traffic.
+    The traffic of that lane can then detect the ego's intent. Only for lanes in the ego's direction: no vehicle waits
+    in the lane of oncoming traffic.
     """
     policy = guard.policy.entry
     lanes = proven.path.enters

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 EPSILON = 1e-6
-"""Numbers that differ by less than this count as equal, and divisors are kept at least this large."""
+"""Difference below which numbers count as equal, and lower bound for divisors."""
 KMH_PER_MPS = 3.6
-"""Conversion for numbers that people read."""
+"""Conversion for numbers in texts for people."""
 
 
 def stopping_distance_m(speed_mps: float, braking_mps2: float, later_s: float) -> float:

@@ -1,15 +1,15 @@
-"""Models the traffic that may come from unseen parts of an oncoming lane.
+"""Models the traffic that may come from occluded parts of an oncoming lane.
 
-In the worst case a vehicle comes at the speed limit from where the sight ends. That is assumed unless more is known. If
-the lane begins at a junction that the route crosses straight on, and is seen up to there, only traffic that enters it
-there can come:
+In the worst case a vehicle comes at the speed limit from the end of the sight distance. This case is assumed unless
+more is known. If the lane begins at a junction that the route crosses straight on, and is visible up to there, only
+traffic that enters the lane at the junction can come:
 
 * A vehicle that turns in is no faster than the turn allows, v = sqrt(a R), and then accelerates to the limit.
-* A vehicle that comes straight on uses the oncoming lane on the other side. If that lane is seen through the junction,
-  the vehicle is no nearer than where that sight ends. Otherwise it is as near as the junction, at the limit.
+* A vehicle that goes straight on uses the oncoming lane beyond the junction. If that lane is visible through the
+  junction, the vehicle is no nearer than the end of the sight there. Otherwise it is as near as the junction, at the
+  limit.
 
-The model does not rely on lights or stop lines: the surroundings hold those that bind the ego, not those that bind
-others.
+The model does not rely on lights or stop lines: the surroundings contain those for the ego, not those for others.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ from stucksolver.scene.road import LaneDirection, LaneKind, Zone, ZoneKind
 
 @dataclass(frozen=True)
 class PhantomVehicle:
-    """A vehicle that may appear.
+    """Hypothetical vehicle from an occluded area.
 
     Attributes:
-        at_m: Distance of its front ahead of the ego's centre when it appears (m).
-        speed_mps: Its speed then (m/s).
-        limit_mps: Its highest speed (m/s).
-        accelerates_mps2: Its acceleration up to that speed (m/s²).
+        at_m: Distance of its front ahead of the ego's center when it appears (m).
+        speed_mps: Speed at that time (m/s).
+        limit_mps: Highest speed (m/s).
+        accelerates_mps2: Acceleration up to that speed (m/s²).
     """
 
     at_m: float
@@ -42,7 +42,7 @@ class PhantomVehicle:
     accelerates_mps2: float = 0.0
 
     def way_m(self, duration_s: float) -> float:
-        """Return the distance that it drives in a time, accelerating to its highest speed (m)."""
+        """Return the distance that the vehicle drives in a time, accelerating to its highest speed (m)."""
         if self.speed_mps >= self.limit_mps or self.accelerates_mps2 <= 0.0:
             return self.speed_mps * duration_s
         gaining_s = min((self.limit_mps - self.speed_mps) / self.accelerates_mps2, duration_s)
@@ -51,7 +51,7 @@ class PhantomVehicle:
 
 
 def phantom_vehicles(case: CheckContext, lane: Lane) -> tuple[PhantomVehicle, ...]:
-    """Return the vehicles that may appear in an oncoming lane after the last check."""
+    """Return the phantom vehicles that may appear in an oncoming lane after the last check."""
     policy, sight = case.policy.oncoming, case.view.sight_ahead_m(lane)
     limit = lane.strip.speed_limit_mps or policy.unknown_limit_mps
     worst = PhantomVehicle(sight, limit, limit)
@@ -68,14 +68,14 @@ def phantom_vehicles(case: CheckContext, lane: Lane) -> tuple[PhantomVehicle, ..
 def turning_mps(length_m: float, policy: OncomingPolicy) -> float:
     """Return the highest speed in a turn within a junction of this length along the route (m/s): v = sqrt(a R).
 
-    R is the largest radius of an arc that fits: a road that meets ours at `least_crossing_rad`, over the whole length
-    of the junction.
+    R is the largest radius of an arc that fits: a road that joins the route at `least_crossing_rad`, over the whole
+    length of the junction.
     """
     return math.sqrt(policy.turning_mps2 * length_m / math.sin(policy.least_crossing_rad))
 
 
 def _begins_at(case: CheckContext, lane: Lane, sight_m: float) -> Zone | None:
-    """Return the junction at which the lane begins for its traffic, if the lane is seen up to there."""
+    """Return the junction at which the lane begins for its traffic, if the lane is visible up to there."""
     end_s, near_m = case.view.ego_s + sight_m, case.policy.sight.sampled_m
     if end_s < lane.end_m - near_m:
         return None
@@ -84,7 +84,7 @@ def _begins_at(case: CheckContext, lane: Lane, sight_m: float) -> Zone | None:
 
 
 def _straight_on(case: CheckContext, lane: Lane, zone: Zone) -> PhantomVehicle | None:
-    """Return the vehicle that may come straight on; None if the route turns there, or the lane beyond is not seen."""
+    """Return the phantom vehicle that goes straight on; None if the route turns there, or the lane is occluded."""
     view, policy = case.view, case.policy
     turns = abs(float(np.diff(np.interp([zone.start_m, zone.end_m], view.frame.s, view.frame.headings))[0]))
     if turns > policy.prediction.turns_rad:
@@ -107,7 +107,7 @@ def _straight_on(case: CheckContext, lane: Lane, zone: Zone) -> PhantomVehicle |
 
 
 def _quickest_in(case: CheckContext, zone: Zone) -> float:
-    """Return the highest speed seen in a junction (m/s): unseen vehicles may be as fast as those seen there."""
+    """Return the highest speed of visible traffic in a junction (m/s): occluded vehicles may be as fast."""
     view = case.view
     within = view.moving & ~view.on_foot & (view.s + view.along > zone.start_m) & (view.s - view.along < zone.end_m)
     return float(view.speed[within].max()) if within.any() else 0.0

@@ -1,8 +1,8 @@
-"""A pass through the oncoming lane: it must be seen to be free, and stay free from the commit point to the return.
+"""Checks passes through the oncoming lane: it must be visible and free from the commit point to the return.
 
-Up to the commit point, a plan is checked again on every tick and can be ended by a stop in the ego's own lane (R17 and
-R19 in docs/SAFETY.md). So unseen traffic is assumed to appear from the commit point on, not from the start: traffic
-that appears earlier is seen in time.
+Up to the commit point, a plan is checked again on every tick. A stop in the ego's own lane can end it (R17 and R19 in
+docs/SAFETY.md). So occluded traffic is assumed to appear from the commit point on, not from the start. Traffic that
+appears earlier is detected in time.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ from stucksolver.scene.wording import whereabouts
 
 @dataclass(frozen=True)
 class LaneBorrow:
-    """A plan's use of an oncoming lane.
+    """Use of an oncoming lane by a plan.
 
     Attributes:
-        lane: The lane.
-        first: Index of the first station at which the body is in it.
-        last: Index of the first station at which the body is out of it again.
+        lane: Oncoming lane.
+        first: Index of the first station at which the body is in the lane.
+        last: Index of the first station at which the body is out of the lane again.
         decided_s: Time of the slow ego's last check before the commit point (s from now).
         back_s: Time at which the slow ego is out of the lane (s from now).
     """
@@ -40,39 +40,37 @@ class LaneBorrow:
 
     @property
     def unseen_s(self) -> float:
-        """Time from the last check before the commit point until the return (s): no unseen traffic may arrive in it."""
+        """Time from the last check before the commit point until the return (s); occluded traffic must not arrive."""
         return self.back_s - self.decided_s
 
 
 def oncoming(case: CheckContext) -> list[RejectReason]:
-    """Check that an oncoming lane is used only away from junctions and crossings, and if it is seen to be free for the
-    whole manoeuvre.
-    """
+    """Check that an oncoming lane is used only away from junctions and crossings, and free for the whole maneuver."""
     for borrowed in borrowed_lanes(case):
-        found = _zone(case, borrowed) + _sight(case, borrowed) + _gap(case, borrowed)
-        if found:
-            return found
+        rejects = _zone(case, borrowed) + _sight(case, borrowed) + _gap(case, borrowed)
+        if rejects:
+            return rejects
     return []
 
 
 def borrowed_lanes(case: CheckContext) -> tuple[LaneBorrow, ...]:
     """Return the oncoming lanes that a plan uses, in order."""
-    found = []
+    borrows = []
     for lane in case.path.enters:
         stations = np.flatnonzero(case.inside(lane))
         if lane.strip.direction is not LaneDirection.OPPOSITE or not len(stations):
             continue
         first, last = int(stations[0]), min(int(stations[-1]) + 1, len(case.path.s) - 1)
-        found.append(LaneBorrow(lane, first, last, _decided_s(case, first), float(case.slow.t[last])))
-    return tuple(found)
+        borrows.append(LaneBorrow(lane, first, last, _decided_s(case, first), float(case.slow.t[last])))
+    return tuple(borrows)
 
 
 def _decided_s(case: CheckContext, first: int) -> float:
-    """Return the time of the last check before the commit point (s from now); 0 if that is now."""
+    """Return the time of the last check before the commit point (s from now); 0 if this check is the last."""
     if case.commit_s is None:
         return 0.0
-    at = min(case.commit_s, float(case.path.s[first]))
-    reached_s = float(np.interp(at, case.path.s, case.slow.t))
+    decision_s = min(case.commit_s, float(case.path.s[first]))
+    reached_s = float(np.interp(decision_s, case.path.s, case.slow.t))
     return max(reached_s - case.policy.oncoming.seen_ago_s, 0.0)
 
 
@@ -82,28 +80,28 @@ def _zone(case: CheckContext, borrowed: LaneBorrow) -> list[RejectReason]:
     margin = case.policy.lanes.zone_margin_m
     for zone in case.view.surroundings.road.zones:
         if zone.start_m - margin < end and start < zone.end_m + margin:
-            detail = f"the plan would use the oncoming lane in a {zone.kind.value.replace('_', ' ')}"
+            detail = f"oncoming lane used within {margin:.1f} m of a {zone.kind.value.replace('_', ' ')}"
             return [RejectReason(code=RejectCode.ZONE, detail=detail)]
     if not borrowed.lane.covers(start, end):
-        return [RejectReason(code=RejectCode.OFF_ROAD, detail="the oncoming lane ends beside the manoeuvre")]
+        return [RejectReason(code=RejectCode.OFF_ROAD, detail="the oncoming lane ends before the path does")]
     return []
 
 
 def _sight(case: CheckContext, borrowed: LaneBorrow) -> list[RejectReason]:
-    """Check the sight: at least the ego's path, plus the distance unseen traffic may drive, plus a margin."""
+    """Check the sight distance: at least the ego's path, plus the distance of occluded traffic, plus a margin."""
     proof = sight_proof(case, borrowed)
-    needed, seen = proof.needed_m, proof.seen_m
-    if seen >= needed:
+    needed, sight_m = proof.needed_m, proof.seen_m
+    if sight_m >= needed:
         return []
-    detail = f"sees {seen:.0f} m of the oncoming lane, needs {needed:.0f} m for {borrowed.unseen_s:.1f} s"
+    detail = f"oncoming lane: sight distance {sight_m:.1f} m, required {needed:.1f} m for {borrowed.unseen_s:.1f} s"
     return [
         RejectReason(
             code=RejectCode.ONCOMING_SIGHT,
             detail=detail,
             time_s=borrowed.unseen_s,
-            gap_m=seen - needed,
+            gap_m=sight_m - needed,
             needed_m=needed,
-            seen_m=seen,
+            seen_m=sight_m,
         )
     ]
 
@@ -115,7 +113,7 @@ def proof_of(case: CheckContext) -> SightDistanceProof | None:
 
 
 def sight_proof(case: CheckContext, borrowed: LaneBorrow) -> SightDistanceProof:
-    """Return the sight needed and the sight available, for the unseen vehicle that leaves the smallest margin."""
+    """Return the required and the available sight distance, for the phantom vehicle with the smallest margin."""
     own = float(case.path.s[borrowed.last]) - case.view.ego_s + margin_m(case)
     proofs = [
         SightDistanceProof(
@@ -127,7 +125,7 @@ def sight_proof(case: CheckContext, borrowed: LaneBorrow) -> SightDistanceProof:
 
 
 def margin_m(case: CheckContext) -> float:
-    """Return the sight that must remain when the ego is back in its lane (m); it grows with the plan's speed."""
+    """Return the sight distance that must remain at the return (m). It grows with the speed of the plan."""
     policy = case.policy.oncoming
     quicker = max(float(case.quick.v.max()) - case.policy.speeds.recovery_mps, 0.0)
     return policy.sight_margin_m + policy.sight_margin_s * quicker
@@ -136,31 +134,33 @@ def margin_m(case: CheckContext) -> float:
 def _gap(case: CheckContext, borrowed: LaneBorrow) -> list[RejectReason]:
     """Check that no oncoming vehicle arrives before the ego is back, plus a time gap.
 
-    The vehicle may be slightly faster than seen, but only after the last check: until then its speed is measured again.
+    After the last check, the vehicle may be slightly faster than perceived. Until then its speed is measured again.
     """
     policy, view = case.policy.oncoming, case.view
     front = float(case.path.s[borrowed.last]) + view.ego.length_m / 2
-    for i, thing in enumerate(view.objects):
+    for i, obj in enumerate(view.objects):
         coming = -float(view.vs[i])
         if coming < case.policy.prediction.along_mps or view.s[i] + view.along[i] < view.ego_s:
             continue
         right, _, left = borrowed.lane.at(float(view.s[i]))
         if view.d[i] + view.across[i] <= right or view.d[i] - view.across[i] >= left:
             continue
-        way = coming * (borrowed.back_s + policy.time_gap_s)
-        way += policy.speedup_mps * (borrowed.unseen_s + policy.time_gap_s)
-        place = float(view.s[i] - view.along[i]) - way
-        if place < front:
+        driven_m = coming * (borrowed.back_s + policy.time_gap_s)
+        driven_m += policy.speedup_mps * (borrowed.unseen_s + policy.time_gap_s)
+        front_s = float(view.s[i] - view.along[i]) - driven_m
+        if front_s < front:
+            location = whereabouts(float(view.s[i] - view.ego_s))
             detail = (
-                f"{thing.kind.value} {thing.id} comes at {coming:.1f} m/s, {whereabouts(float(view.s[i] - view.ego_s))}"
+                f"{obj.kind.value} {obj.id} {location}: approaches at {coming:.1f} m/s, {front - front_s:.1f} m too "
+                f"near for a return after {borrowed.back_s:.1f} s"
             )
             return [
                 RejectReason(
                     code=RejectCode.ONCOMING_GAP,
                     detail=detail,
-                    object_id=thing.id,
+                    object_id=obj.id,
                     time_s=borrowed.back_s,
-                    gap_m=place - front,
+                    gap_m=front_s - front,
                 )
             ]
     return []

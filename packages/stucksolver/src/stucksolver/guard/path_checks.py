@@ -1,4 +1,4 @@
-"""The checks that need no prediction of oncoming traffic. Each returns its reasons against a plan."""
+"""Checks without a prediction of oncoming traffic. Each returns its reject reasons."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ from stucksolver.scene.frenet_scene import MOVING_MPS, FrenetScene
 from stucksolver.scene.surroundings import ControlKind, LightState
 
 NAMED = 3
-"""A verdict names at most this many objects, the nearest ones."""
+"""Maximum number of objects in a verdict: the nearest ones."""
 
 
 def collision(case: CheckContext) -> list[RejectReason]:
-    """Check that no object is predicted to overlap the ego or to come nearer than its minimum gap.
+    """Check that no object is predicted to overlap the ego or to come nearer than its required gap.
 
-    This includes doors that open and pedestrians who step off the kerb.
+    This includes doors that open and pedestrians who step off the curb.
     """
     which = relevant(case)
     if not len(which):
@@ -42,31 +42,31 @@ def collision(case: CheckContext) -> list[RejectReason]:
     view = case.view
     stands = view.speed[which] <= MOVING_MPS
     standing, moving = which[stands], which[~stands]
-    found: list[RejectReason] = []
+    rejects: list[RejectReason] = []
     if len(standing):
         gap = stationary_gaps(case, standing)
-        found += _too_near(case, standing, gap, _margins(case, standing, case.quick.v), case.slow.t)
-        found += _doors(case, standing, gap)
+        rejects += _too_near(case, standing, gap, _margins(case, standing, case.quick.v), case.slow.t)
+        rejects += _doors(case, standing, gap)
         if not case.running:
-            found += _still_touched(case, standing, gap)
+            rejects += _still_touched(case, standing, gap)
     if len(moving):
         t = times(case)
         stations = profiles(case, t)
         gap = moving_gaps(case, stations, moving, t)
         gap = np.where(is_followed_lead(case, stations, moving, t), np.maximum(gap, gap[:, :1]), gap)
         speed = np.maximum(np.interp(t, case.quick.t, case.quick.v), np.interp(t, case.slow.t, case.slow.v))
-        found += _too_near(case, moving, gap.min(axis=0), _margins(case, moving, speed), t)
-    return found
+        rejects += _too_near(case, moving, gap.min(axis=0), _margins(case, moving, speed), t)
+    return rejects
 
 
 def _margins(case: CheckContext, which: Array, speed: Array) -> Array:
-    """(instants, objects): the gaps to keep (m) at the ego's `speed` (instants,) (m/s)."""
+    """(instants, objects): gaps to keep (m) at the ego's `speed` (instants,) (m/s)."""
     view, policy = case.view, case.policy
     gaps, creep_mps = policy.clearance, policy.speeds.creep_mps
     drift = np.abs(view.vd[which])
-    # Objects that move sideways faster, and those on other roads, are extrapolated sideways, so no margin is needed.
+    # Objects that move sideways faster, and those on other roads, are extrapolated sideways and need no margin.
     drift = np.where((drift > policy.prediction.crossing_mps) | view.elsewhere[which], 0.0, drift)
-    # If both creep, the gap to stationary objects is enough: the ego passes those faster.
+    # If both creep, the gap to stationary objects is enough, since the ego passes those even faster.
     crawls = view.speed[which] <= creep_mps
     creeping = (speed[:, None] <= creep_mps + EPSILON) & crawls
     mu = np.where(creeping, gaps.standing_gap_m, gaps.moving_gap_m)
@@ -82,7 +82,7 @@ def _margins(case: CheckContext, which: Array, speed: Array) -> Array:
 
 
 def _drawn_aside(case: CheckContext, speed: Array) -> Array:
-    """(instants,): how far a tracking fault beside an object moves the body sideways until it has stopped (m)."""
+    """(instants,): distance by which a tracking fault beside an object moves the body sideways until it stops (m)."""
     tracking, ego = case.policy.tracking, case.view.ego
     takes_s = case.policy.stopping.lag_s + speed / ego.limits.comfort_braking_mps2
     result: Array = tracking.beside_m + tracking.drift_mps * takes_s
@@ -90,10 +90,11 @@ def _drawn_aside(case: CheckContext, speed: Array) -> Array:
 
 
 def _too_near(case: CheckContext, which: Array, gap: Array, margin: Array, t: Array) -> list[RejectReason]:
-    """Return a reason for each of the nearest objects whose gap (instants, objects) falls below its margin (m)."""
+    """Return a reject reason for each of the nearest objects with a gap (instants, objects) below its margin (m)."""
     # An object already nearer than its margin counts only if the plan brings it nearer still.
     gaps = case.policy.clearance
-    bad = (gap < margin - (gaps.tracked_gap_m if case.running else 0.0)) & (gap < gap[0] - gaps.nearer_m)
+    required = margin - (gaps.tracked_gap_m if case.running else 0.0)
+    bad = (gap < required) & (gap < gap[0] - gaps.nearer_m)
     drifted = is_on_drift_side(case, which)
     if drifted.any():
         bad[0] |= drifted & (
@@ -103,26 +104,34 @@ def _too_near(case: CheckContext, which: Array, gap: Array, margin: Array, t: Ar
         return []
     worst = np.where(bad, gap, np.inf).min(axis=0)
     nearest = [k for k in np.argsort(worst)[:NAMED] if np.isfinite(worst[k])]
-    return [_reject(case, int(which[k]), float(t[bad[:, k].argmax()]), float(worst[k])) for k in nearest]
+    required = np.broadcast_to(required, gap.shape)
+    at = np.where(bad, gap, np.inf).argmin(axis=0)
+    return [
+        _reject(case, int(which[k]), float(t[bad[:, k].argmax()]), float(worst[k]), float(required[at[k], k]))
+        for k in nearest
+    ]
 
 
 def _still_touched(case: CheckContext, which: Array, gap: Array) -> list[RejectReason]:
-    """Return a reason for each object that the ego stands against and that its path would scrape along.
+    """Return a reject reason for each object in contact with the ego along which its path scrapes.
 
-    `gap` (stations, objects) (m). The gap must open within `ClearancePolicy.parting_m` and stay open, at the latest
-    at the end of the path. `_too_near` does not see this: the object never comes nearer.
+    The gap (stations, objects) (m) must open within `ClearancePolicy.parting_m` and stay open, at the latest at the end
+    of the path. `_too_near` does not cover this, because the object never comes nearer.
     """
     touch_m = case.policy.harm.touch_m
     parted = np.hypot(case.path.s - case.path.s[0], case.path.d - case.path.d[0]) > case.policy.clearance.parting_m
     parted[-1] = True
     scraped = (gap[0] < touch_m) & (gap[parted] < touch_m).any(axis=0)
-    found = []
+    rejects = []
     for k in np.flatnonzero(scraped)[:NAMED]:
-        thing = case.view.objects[int(which[k])]
-        detail = f"{thing.kind.value} {thing.id}: the ego stands against it and would scrape along it"
+        obj = case.view.objects[int(which[k])]
         gap_m = float(gap[:, k].min())
-        found.append(RejectReason(code=RejectCode.COLLISION, detail=detail, object_id=thing.id, gap_m=gap_m))
-    return found
+        detail = (
+            f"{obj.kind.value} {obj.id}: scraped along, gap {gap_m:.2f} m, required {touch_m:.2f} m after "
+            f"{case.policy.clearance.parting_m:.1f} m of the path"
+        )
+        rejects.append(RejectReason(code=RejectCode.COLLISION, detail=detail, object_id=obj.id, gap_m=gap_m))
+    return rejects
 
 
 def _still_to_drift(case: CheckContext) -> float:
@@ -147,36 +156,42 @@ def _stops_against(case: CheckContext, which: Array, gap: Array) -> Mask:
 def _doors(case: CheckContext, standing: Array, gap: Array) -> list[RejectReason]:
     """Check that the ego drives faster than walking pace only out of reach of the doors of parked vehicles.
 
-    Out of reach is also where a tracking fault cannot draw it into their reach before it has slowed to walking pace.
+    A tracking fault must not move the ego into their reach either, before it has slowed down to walking pace.
     """
     view, doors = case.view, case.policy.doors
-    drawn = drawn_to_doors(case, case.quick.v)
-    near = standing[(gap < doors.reach_m + drawn.max()).any(axis=0)]
+    drift_m = drawn_to_doors(case, case.quick.v)
+    near = standing[(gap < doors.reach_m + drift_m.max()).any(axis=0)]
     fast = case.quick.v > case.policy.speeds.creep_mps + EPSILON
     which = np.array([i for i in near if may_open(view.objects[int(i)], doors.parked_s)], dtype=int)
     if not len(which) or not fast.any():
         return []
     reach = stationary_gaps(case, which, aside_m=doors.reach_m, part=doors.part_of_length)
-    bad = (reach < drawn[:, None] - EPSILON) & (reach < reach[0] - case.policy.clearance.nearer_m) & fast[:, None]
-    # Beside the door a fault that has begun goes on, though the path keeps its distance.
-    bad[0] |= is_on_drift_side(case, which) & (reach[0] < drawn[0]) & fast[0]
-    found = []
+    bad = (reach < drift_m[:, None] - EPSILON) & (reach < reach[0] - case.policy.clearance.nearer_m) & fast[:, None]
+    # Beside the door a fault that has begun continues, although the path keeps its distance.
+    bad[0] |= is_on_drift_side(case, which) & (reach[0] < drift_m[0]) & fast[0]
+    rejects = []
     for k in np.flatnonzero(bad.any(axis=0)):
-        thing, first = view.objects[int(which[k])], int(bad[:, k].argmax())
-        detail = f"a door of {thing.kind.value} {thing.id} may open into the path"
-        found.append(
-            RejectReason(code=RejectCode.DOOR, detail=detail, object_id=thing.id, time_s=float(case.slow.t[first]))
+        obj, first = view.objects[int(which[k])], int(bad[:, k].argmax())
+        detail = (
+            f"{obj.kind.value} {obj.id}: gap {reach[first, k]:.2f} m to an open door, "
+            f"required {drift_m[first]:.2f} m above walking pace"
         )
-    return found
+        rejects.append(
+            RejectReason(code=RejectCode.DOOR, detail=detail, object_id=obj.id, time_s=float(case.slow.t[first]))
+        )
+    return rejects
 
 
-def _reject(case: CheckContext, index: int, time_s: float, gap_m: float) -> RejectReason:
-    thing = case.view.objects[index]
+def _reject(case: CheckContext, index: int, time_s: float, gap_m: float, required_m: float) -> RejectReason:
+    obj = case.view.objects[index]
     code = RejectCode.COLLISION if gap_m <= 0 else RejectCode.GAP
     if gap_m > 0 and case.view.vulnerable[index]:
         code = RejectCode.CLEARANCE
-    detail = f"{thing.kind.value} {thing.id}: gap {gap_m:.1f} m after {time_s:.1f} s"
-    return RejectReason(code=code, detail=detail, object_id=thing.id, time_s=time_s, gap_m=gap_m)
+    detail = f"{obj.kind.value} {obj.id}: gap {gap_m:.2f} m, required {required_m:.2f} m at {time_s:.1f} s"
+    if gap_m >= required_m:
+        least_m = case.policy.clearance.drifted_gap_m
+        detail = f"{obj.kind.value} {obj.id}: gap {gap_m:.2f} m; tracking error leaves less than {least_m:.2f} m"
+    return RejectReason(code=code, detail=detail, object_id=obj.id, time_s=time_s, gap_m=gap_m)
 
 
 def drivable_area(case: CheckContext) -> list[RejectReason]:
@@ -189,14 +204,14 @@ def roadside(case: CheckContext) -> list[RejectReason]:
     return within(case, case.view.frame.roadside, RejectCode.OFF_ROAD, "the road")
 
 
-def within(case: CheckContext, borders: tuple[Array, Array], code: RejectCode, what: str) -> list[RejectReason]:
+def within(case: CheckContext, borders: tuple[Array, Array], code: RejectCode, area: str) -> list[RejectReason]:
     """Check that the body stays between two borders.
 
     Args:
-        case: The plan being checked.
+        case: Plan being checked.
         borders: Lateral offsets of the right and left border, each (stations of the frame,) (m).
-        code: The code of the refusal.
-        what: What lies between the borders, for the refusal's text.
+        code: Code of the reject reason.
+        area: Name of the area between the borders, for the text of the reject reason.
     """
     low, high = borders
     s = case.path.s
@@ -207,13 +222,14 @@ def within(case: CheckContext, borders: tuple[Array, Array], code: RejectCode, w
     beyond = np.maximum(over_left, over_right)
     if case.path.end_s > case.view.frame.end_m:
         return [RejectReason(code=RejectCode.OFF_ROAD, detail="the path runs beyond the known road")]
-    # An ego that already sticks out over an edge may leave it, but must not go further out and must end on the road.
+    # An ego that already reaches over an edge may leave it, but must not go further out and must end on the road.
     allowed = np.full(len(s), max(tolerance, float(beyond[0]) + case.policy.lanes.further_out_m))
     allowed[-1] = tolerance
     worst = int((beyond - allowed).argmax())
     if beyond[worst] <= allowed[worst]:
         return []
-    detail = f"{beyond[worst]:.1f} m off {what}, {s[worst] - s[0]:.0f} m ahead"
+    away_m = s[worst] - s[0]
+    detail = f"{beyond[worst]:.2f} m off {area} {away_m:.0f} m ahead, allowed {allowed[worst]:.2f} m"
     return [RejectReason(code=code, detail=detail, gap_m=-float(beyond[worst]))]
 
 
@@ -221,8 +237,7 @@ def speed(case: CheckContext) -> list[RejectReason]:
     """Check the limits of the lanes, the speed cap, and that the ego can slow down to the path's final speed.
 
     The cap is low in a recovery and higher for a pass or a passenger's request. Limits and people may change while the
-    plan runs, the path does not. If it is too short to slow down, the ego would run past its end, where nothing has
-    been checked.
+    plan runs, the path does not. If it is too short to slow down, the ego drives beyond its end, where no check holds.
     """
     speeds, ends = case.policy.speeds, float(case.path.speed[-1])
     quicker = check_speed_cap(case)
@@ -230,7 +245,7 @@ def speed(case: CheckContext) -> list[RejectReason]:
         return [quicker] if quicker else []
     left = float(case.quick.v[-1])
     if left > max(ends, MIN_SPEED_MPS) + speeds.tolerance_mps:
-        detail = f"still at {left:.1f} m/s at the end of the path, which asks for {ends:.1f} m/s"
+        detail = f"speed {left:.1f} m/s at the end of the path, required {ends:.1f} m/s"
         return [RejectReason(code=RejectCode.OVERSPEED, detail=detail)]
     return []
 
@@ -239,8 +254,8 @@ def stop_line(case: CheckContext) -> list[RejectReason]:
     """Check that a stop line is crossed only at a green light, or at a creep after a stop at a dark light or stop sign.
 
     Only an operator may approve crossing at a red light, and only at a creep. While a plan runs, a line is ignored if
-    comfortable braking can no longer stop before it. The plan ends if a light goes dark or a stop sign comes into
-    sight, because the plan did not begin from a stop there.
+    comfortable braking can no longer stop before it. The plan ends if a light goes dark or a stop sign becomes visible,
+    because the plan did not begin from a stop there.
     """
     ego = case.view.ego
     reach = case.path.end_s + ego.length_m / 2 - case.view.ego_front_s
@@ -261,8 +276,8 @@ def stop_line(case: CheckContext) -> list[RejectReason]:
                     RejectReason(code=RejectCode.RED_LIGHT, detail=f"{state} light {control.distance_m:.0f} m ahead")
                 ]
         elif (light or control.kind is ControlKind.STOP_SIGN) and not _was_stopped_at(case, control.distance_m):
-            what = "dark light (an all-way stop)" if light else "stop sign"
-            detail = f"{what} {control.distance_m:.0f} m ahead: stop at it first, then creep"
+            name = "dark light (an all-way stop)" if light else "stop sign"
+            detail = f"{name} {control.distance_m:.0f} m ahead: stop at it first, then creep"
             return [RejectReason(code=RejectCode.STOP_LINE, detail=detail)]
     return []
 

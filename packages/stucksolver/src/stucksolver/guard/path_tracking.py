@@ -1,9 +1,9 @@
-"""How a vehicle follows a path from its real position and heading: the motion that the guard checks.
+"""Models how a vehicle follows a path from its real position and heading: the motion that the guard checks.
 
-The vehicle is a bicycle: the centre of its body stays on the path and its rear axle does not slip sideways. The body
+The vehicle is a bicycle: the center of its body stays on the path and its rear axle does not slip sideways. The body
 lags behind the path's direction by half a wheelbase, so it is not tangent to a bend. A vehicle that begins askew first
-drives in the direction in which it points, with a limited turning circle and a limited steering rate. A vehicle off
-its path is assumed to keep that offset for the duration of a stop plus a second, because the cause may persist.
+drives in its own direction, with a limited turning circle and a limited steering rate. A vehicle off its path is
+assumed to keep that offset for the duration of a stop plus a second, because the cause may persist.
 """
 
 from __future__ import annotations
@@ -21,8 +21,7 @@ from stucksolver.scene.frenet_scene import FrenetScene
 
 
 def tracked_path(path: FrenetPath, view: FrenetScene, policy: TrackingPolicy, *, reverse: bool = False) -> FrenetPath:
-    """Return the path as the ego drives it from its real pose: the same stations, with offsets and headings of the
-    body.
+    """Return the path as the ego drives it from its real pose: the same stations, with the body's offsets and headings.
 
     With `reverse`, `view` and `path` are in the frame of `FrenetScene.backwards`, and the body straightens as it goes.
     That takes steering; `swing_out_motion` is the motion without it.
@@ -45,25 +44,25 @@ def tracked_path(path: FrenetPath, view: FrenetScene, policy: TrackingPolicy, *,
 def swing_out_motion(path: FrenetPath, view: FrenetScene, policy: TrackingPolicy, lag_s: float) -> FrenetPath | None:
     """Return the motion of an ego that backs up askew with straight wheels, until its tracking error ends the plan.
 
-    `path` and `view` are as for `tracked_path` with `reverse`. None if the body points along the path.
+    `path` and `view` are as for `tracked_path` with `reverse`. None if the body is aligned with the path.
     """
     askew = view.ego_yaw - float(path.heading()[0])
     if abs(askew) < policy.askew_rad:
         return None
     way_m = stopping_distance_m(float(path.speed.max()), view.ego.limits.comfort_braking_mps2, lag_s)
     ends_m = policy.error_m + math.sin(abs(askew)) * way_m
-    beside = view.ego_d - path.d[0] + math.tan(askew) * (path.s - path.s[0])
-    return replace(path, d=path.d + np.clip(beside, -ends_m, ends_m), yaw=np.full(len(path.s), view.ego_yaw))
+    offset = view.ego_d - path.d[0] + math.tan(askew) * (path.s - path.s[0])
+    return replace(path, d=path.d + np.clip(offset, -ends_m, ends_m), yaw=np.full(len(path.s), view.ego_yaw))
 
 
 def _kept_error(path: FrenetPath, view: FrenetScene, policy: TrackingPolicy) -> Array:
-    """(stations,): lateral offset of the body's centre from the path (m, left positive)."""
+    """(stations,): lateral offset of the body's center from the path (m, left positive)."""
     error = view.ego_d - float(path.d[0])
     if abs(error) < policy.beside_m:
         return np.zeros(len(path.s))
     speed = abs(view.ego.speed_mps)
-    kept = stopping_distance_m(speed, view.ego.limits.comfort_braking_mps2, policy.kept_s)
-    beyond = np.clip((path.s - path.s[0] - kept) / policy.worked_off_m, 0.0, 1.0)
+    kept_m = stopping_distance_m(speed, view.ego.limits.comfort_braking_mps2, policy.kept_s)
+    beyond = np.clip((path.s - path.s[0] - kept_m) / policy.worked_off_m, 0.0, 1.0)
     result: Array = error * (1 + np.cos(np.pi * beyond)) / 2
     return result
 
@@ -71,7 +70,7 @@ def _kept_error(path: FrenetPath, view: FrenetScene, policy: TrackingPolicy) -> 
 def _driven_off(
     stations: Array, target: Array, course: Array, view: FrenetScene, policy: TrackingPolicy
 ) -> tuple[list[float], list[float], list[float]]:
-    """Return the centre's arc lengths and offsets (m) and the body's headings (rad) while an askew ego joins its path.
+    """Return the center's arc lengths and offsets (m) and the body's headings (rad) while an askew ego joins its path.
 
     `stations`, `target` and `course`, each (stations,): arc lengths (m), offsets (m) and directions (rad) of the path.
     """
@@ -80,13 +79,13 @@ def _driven_off(
     first, offsets, tangents = float(stations[0]), target.tolist(), course.tolist()
     s, d, yaw, bend = first, float(target[0]), view.ego_yaw, 0.0
     rear_s, rear_d = s - lever_m * math.cos(yaw), d - lever_m * math.sin(yaw)
-    found: tuple[list[float], list[float], list[float]] = ([s], [d], [yaw])
+    columns: tuple[list[float], list[float], list[float]] = ([s], [d], [yaw])
     for _ in range(int(policy.settles_m / STEP_M)):
         k = min(int((s - first) / STEP_M), len(offsets) - 2)
         part = min(max((s - first) / STEP_M - k, 0.0), 1.0)
         tangent = tangents[k] + part * (tangents[k + 1] - tangents[k])
-        beside = d - offsets[k] - part * (offsets[k + 1] - offsets[k])
-        approach = min(max(-beside / (2 * policy.reach_m), -policy.approach_rad), policy.approach_rad)
+        offset = d - offsets[k] - part * (offsets[k + 1] - offsets[k])
+        approach = min(max(-offset / (2 * policy.reach_m), -policy.approach_rad), policy.approach_rad)
         moves = yaw + math.atan(lever_m * bend)
         wanted = (tangents[k + 1] - tangents[k]) / STEP_M + 2.0 / policy.reach_m * (approach + tangent - moves)
         most = lock / policy.lock_m * STEP_M
@@ -95,8 +94,8 @@ def _driven_off(
         rear_d += STEP_M * math.sin(yaw + bend * STEP_M / 2)
         yaw += bend * STEP_M
         s, d = max(rear_s + lever_m * math.cos(yaw), s + EPSILON), rear_d + lever_m * math.sin(yaw)
-        for column, value in zip(found, (s, d, yaw), strict=True):
+        for column, value in zip(columns, (s, d, yaw), strict=True):
             column.append(value)
-        if abs(beside) < policy.beside_m and abs(tangent - yaw) < policy.askew_rad:
+        if abs(offset) < policy.beside_m and abs(tangent - yaw) < policy.askew_rad:
             break
-    return found
+    return columns

@@ -1,4 +1,4 @@
-"""A plan laid out as one path, with the checks that its behaviors name."""
+"""Plan laid out as one path, with the checks that its behaviors name."""
 
 from __future__ import annotations
 
@@ -39,22 +39,22 @@ CHECKS: dict[Check, Callable[[CheckContext], list[RejectReason]]] = {
     Check.LANE_ENTRY: lane_entry.lane_entry,
 }
 SETTLED = frozenset({Check.CREEP_SPEED, Check.OFF_ROUTE, Check.WITHIN_LANE})
-"""Checks of the path alone: decided once, at acceptance."""
+"""Checks of the path alone: their result is final at acceptance."""
 
 
 @dataclass(frozen=True)
 class ProvenPlan:
-    """Behaviours laid out as one path; `Guard.accept` returns them only if it accepts them.
+    """Behaviors laid out as one path. `Guard.accept` returns it only for an accepted plan.
 
     Attributes:
-        behaviors: The behaviours, in order.
-        path: The path. A reverse path is in the frame of `FrenetScene.backwards`.
-        ends_s: Arc length at which each behaviour ends (m).
-        no_stop: (stations,) True where the ego is committed: a stop would end where no vehicle should stop, and the
+        behaviors: Behaviors, in order.
+        path: Path of the plan. A reverse path is in the frame of `FrenetScene.backwards`.
+        ends_s: Arc length at which each behavior ends (m).
+        no_stop: (stations,): True where the ego is committed. A stop would end where no vehicle should stop, and the
             safe option is to finish, which was proven.
         expected_s: Expected duration (s).
-        guided: The passenger's words ask for the plan.
-        approvals: What people have approved.
+        guided: True if the passenger's guidance requests the plan.
+        approvals: Approvals by people.
         start_mps: Speed at the start (m/s).
         stopped_at_s: Arc lengths of the stop lines at which the ego had stopped at the start (m).
     """
@@ -71,23 +71,23 @@ class ProvenPlan:
 
     @property
     def reverse(self) -> bool:
-        """True if it backs up."""
+        """True if the plan backs up."""
         return self.behaviors[0].reverse
 
     @cached_property
     def checks(self) -> tuple[Check, ...]:
-        """The checks that its behaviours name, in the guard's order."""
+        """Checks that the behaviors name, in the guard's order."""
         return tuple(check for check in CHECKS if any(check in b.checks for b in self.behaviors))
 
     @cached_property
     def checks_on_tick(self) -> tuple[Check, ...]:
-        """The checks whose result can change while the plan runs."""
+        """Checks whose result can change while the plan runs."""
         return tuple(check for check in self.checks if check not in SETTLED)
 
     def commit_s(self, s: float) -> float:
         """Return the arc length of the next commit point at or after `s` (m), rounded to the safe side.
 
-        Returns `s` if the ego is committed there, and the path's end if no commit point is left.
+        It is `s` if the ego is committed there, and the path's end if no commit point is left.
         """
         ahead = np.flatnonzero(self.no_stop & (self.path.s >= s))
         if self.committed(s):

@@ -1,4 +1,4 @@
-"""The distances of Responsibility-Sensitive Safety (RSS), and the gap to a pedestrian who may step off the kerb."""
+"""Computes the distances of Responsibility-Sensitive Safety (RSS), and the gap to a pedestrian who may step off."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from stucksolver.scene.frenet import Array
 
 
 def rss_distance(rear_mps: float, front_mps: float, policy: RssPolicy, *, running: bool = False) -> float:
-    """Return the longitudinal distance that a follower must keep (m). `running`: a plan is already running.
+    """Return the longitudinal distance that a follower must keep (m). `running`: True if a plan is already running.
 
-    Lemma 2 of Shalev-Shwartz, Shammah and Shashua, "On a Formal Model of Safe and Scalable Self-driving Cars" (2017),
-    but without acceleration during the reaction time, because the rear vehicle has seen the other approach.
+    Lemma 2 of Shalev-Shwartz, Shammah and Shashua, "On a Formal Model of Safe and Scalable Self-driving Cars" (2017).
+    The reaction time has no acceleration here, because the rear driver has watched the other approach.
     """
     braking = policy.running_braking_mps2 if running else policy.response_braking_mps2
     rear = rear_mps * policy.reaction_s + rear_mps**2 / (2 * braking)
@@ -31,8 +31,8 @@ def rss_lateral(drift_mps: Array, mu_m: Array | float, policy: RssPolicy) -> Arr
 def step_off(speed_mps: Array, braking_mps2: float, policy: PeoplePolicy) -> Array:
     """Return the lateral gap at which the ego's front cannot hit a pedestrian who steps off now, for each speed (m).
 
-    An ego that cannot stop before them is nearer than r v + v^2 / (2 b), with its reaction time r and its hardest
-    braking b. If it goes on, it is past them within r + v / (2 b) + l / v seconds, where l is their length.
+    An ego that cannot stop before the pedestrian is nearer than r v + v^2 / (2 b), with its reaction time r and its
+    hardest braking b. If it continues, it has passed a pedestrian of length l within r + v / (2 b) + l / v seconds.
     """
     passing = policy.length_m / np.maximum(speed_mps, policy.stopping_below_mps)
     result: Array = policy.step_mps * (policy.reaction_s + speed_mps / (2 * braking_mps2) + passing)

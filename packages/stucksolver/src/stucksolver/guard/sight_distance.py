@@ -1,4 +1,4 @@
-"""What is not seen is not free, also in lanes in the ego's direction: ahead, for a stop, and behind."""
+"""Checks sight distances in lanes in the ego's direction: occluded space counts as occupied."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from stucksolver.scene.road import LaneDirection, LaneKind
 
 
 def check_sight_distance(case: CheckContext) -> list[RejectReason]:
-    """Check that the ego sees far enough ahead to stop, and in lanes that it enters also far enough back.
+    """Check that the sight distance ahead suffices for a stop, and in lanes that the ego enters also the one behind.
 
-    Far enough back means that traffic from there can brake behind the ego.
+    The sight distance behind suffices if traffic from beyond it can brake behind the ego.
     """
     home = case.start_lane
     if home is None or home.strip.direction is LaneDirection.OPPOSITE:
         return []
-    found = _ahead(case, home)
+    rejects = _ahead(case, home)
     for lane in case.path.enters:
         if lane.strip.direction is LaneDirection.OPPOSITE or lane is home:
             continue
@@ -29,10 +29,10 @@ def check_sight_distance(case: CheckContext) -> list[RejectReason]:
         if not len(inside) or not must_be_proven_now(case, int(inside[0])):
             continue
         if lane.strip.kind is LaneKind.DRIVING:
-            found += _ahead(case, lane) + _behind(case, lane, int(inside[0]), _limit(case, lane))
+            rejects += _ahead(case, lane) + _behind(case, lane, int(inside[0]), _limit(case, lane))
         else:
-            found += _behind(case, home, int(inside[0]), case.policy.sight.cyclist_mps)
-    return found[:1]
+            rejects += _behind(case, home, int(inside[0]), case.policy.sight.cyclist_mps)
+    return rejects[:1]
 
 
 def _ahead(case: CheckContext, lane: Lane) -> list[RejectReason]:
@@ -43,13 +43,13 @@ def _ahead(case: CheckContext, lane: Lane) -> list[RejectReason]:
     have = view.sight_ahead_m(lane)
     if not _beside(case, lane) or have >= needed or _ends(case, lane, view.ego_s + have, +1):
         return []
-    return [_unseen(f"sees {have:.0f} m ahead, needs {needed:.0f} m", have - needed)]
+    return [_not_visible(f"sight distance ahead {have:.1f} m, required {needed:.1f} m", have - needed)]
 
 
 def _behind(case: CheckContext, lane: Lane, k: int, speed_mps: float) -> list[RejectReason]:
-    """Check that unseen traffic at `speed_mps` (m/s) could still brake if the ego enters at station `k`.
+    """Check that occluded traffic at `speed_mps` (m/s) can still brake if the ego enters at station `k`.
 
-    Traffic that comes into sight while a stop before the entry is possible is seen in time, whatever its speed.
+    Traffic that becomes visible while a stop before the entry is possible is detected in time, at any speed.
     """
     view, policy = case.view, case.policy.sight
     stop_s = float(case.quick.v[k]) / (2 * view.ego.limits.comfort_braking_mps2)
@@ -58,22 +58,22 @@ def _behind(case: CheckContext, lane: Lane, k: int, speed_mps: float) -> list[Re
     have = view.sight_behind_m(lane)
     if not _beside(case, lane) or have >= needed or _ends(case, lane, view.ego_s - have, -1):
         return []
-    return [_unseen(f"sees {have:.0f} m behind, needs {needed:.0f} m", have - needed)]
+    return [_not_visible(f"sight distance behind {have:.1f} m, required {needed:.1f} m", have - needed)]
 
 
 def _beside(case: CheckContext, lane: Lane) -> bool:
-    """True if the lane is beside the ego. Lanes that begin further on are checked when the ego gets there."""
+    """True if the lane is beside the ego. Lanes that begin further on are checked when the ego reaches them."""
     return lane.start_m <= case.view.ego_s <= lane.end_m
 
 
-def _ends(case: CheckContext, lane: Lane, end_s: float, way: int) -> bool:
-    """True if the sight ends where the lane does, or at a known object in the lane. `way`: +1 ahead, -1 behind."""
+def _ends(case: CheckContext, lane: Lane, end_s: float, direction: int) -> bool:
+    """True if the sight ends with the lane, or at a known object in the lane. `direction`: +1 ahead, -1 behind."""
     view, policy = case.view, case.policy.sight
-    if way > 0 and end_s > lane.end_m - policy.sampled_m:
+    if direction > 0 and end_s > lane.end_m - policy.sampled_m:
         return True
     right, _, left = lane.at(end_s)
-    near = view.s - way * view.along
-    # A vehicle beside the ego is passing the end of the sight: part of it is still ahead, part behind.
+    near = view.s - direction * view.along
+    # A vehicle beside the ego is passing the end of the sight: a part of it is still ahead, a part behind.
     passing = (np.abs(view.s - end_s) <= view.along) & (
         np.abs(view.s - view.ego_s) <= view.along + view.ego.length_m / 2
     )
@@ -86,5 +86,5 @@ def _limit(case: CheckContext, lane: Lane) -> float:
     return lane.strip.speed_limit_mps or case.policy.oncoming.unknown_limit_mps
 
 
-def _unseen(detail: str, gap_m: float) -> RejectReason:
+def _not_visible(detail: str, gap_m: float) -> RejectReason:
     return RejectReason(code=RejectCode.PATH_NOT_VISIBLE, detail=detail, gap_m=gap_m)

@@ -1,4 +1,4 @@
-"""Speed caps: the limits of the lanes, low in a recovery, and higher for a pass or a request with nobody alongside."""
+"""Speed caps: the limits of the lanes, low in a recovery, higher for a pass or a request without people alongside."""
 
 from __future__ import annotations
 
@@ -19,29 +19,30 @@ from stucksolver.scene.objects import VEHICLES, ObjectKind, TrackedObject
 from stucksolver.scene.road import LaneDirection, LaneKind
 
 DOORED = frozenset({ObjectKind.CAR, ObjectKind.VAN, ObjectKind.TRUCK, ObjectKind.EMERGENCY})
+"""Kinds of vehicles with side doors that may open into traffic."""
 
 
 def cap_mps(case: CheckContext) -> float:
-    """Return the highest speed that a plan may ask for where the limits of its lanes allow it (m/s).
+    """Return the highest speed of a plan where the limits of its lanes allow it (m/s).
 
-    A pass through the oncoming lane past stationary objects may be quicker than a recovery, because a shorter pass
-    meets less traffic, and so may overtaking that a passenger asked for. Neither holds beside people, within reach of
-    a car door, or across a solid line (see `marking`).
+    A pass through the oncoming lane past stationary objects may be faster than a recovery, because a shorter pass meets
+    less traffic. So may overtaking at a passenger's request. Neither holds beside people, within reach of a car door,
+    or across a solid line (see `marking`).
     """
     speeds = case.policy.speeds
     allowed = [speeds.guided_mps] if case.guided else []
     borrowed = any(lane.strip.direction is LaneDirection.OPPOSITE for lane in case.path.enters)
-    if borrowed and case.path.passes and not _passes_who_moves(case):
+    if borrowed and case.path.passes and not _passes_moving_object(case):
         allowed.append(speeds.passing_mps)
-    if not allowed or _somebody_beside(case) is not None:
+    if not allowed or _object_beside(case) is not None:
         return speeds.recovery_mps
     return max(*allowed, speeds.recovery_mps)
 
 
 def limits_mps(case: CheckContext) -> Array:
-    """(stations,): the lowest speed limit of the lanes that the body is in (m/s); infinite off all lanes.
+    """(stations,): lowest speed limit of the lanes that the body is in (m/s); infinite off all lanes.
 
-    A lane without a known limit counts as one for a recovery's speed. Walking pace is never above a limit.
+    A lane without a known limit has that of a recovery. A limit is never below walking pace.
     """
     half_m, s = case.view.ego.length_m / 2, case.path.s
     limits = np.full(len(s), np.inf)
@@ -54,18 +55,18 @@ def limits_mps(case: CheckContext) -> Array:
 
 
 def _limit_mps(lane: Lane, policy: GuardPolicy) -> float | None:
-    known, speeds = lane.strip.speed_limit_mps, policy.speeds
-    if known is None:
+    limit_mps, speeds = lane.strip.speed_limit_mps, policy.speeds
+    if limit_mps is None:
         return speeds.recovery_mps if lane.strip.kind is LaneKind.DRIVING else None
-    # In this order, so that a limit that is not a number counts as walking pace.
-    return max(speeds.creep_mps, known)
+    # The arguments are in this order so that a limit that is not a number counts as walking pace.
+    return max(speeds.creep_mps, limit_mps)
 
 
 def within_limits(path: FrenetPath, view: FrenetScene, policy: GuardPolicy, *, reverse: bool) -> FrenetPath:
-    """Return a path slowed for doors, and to the limits of its lanes where it is no quicker than a recovery.
+    """Return a path slowed for doors, and to the limits of its lanes where it is no faster than a recovery.
 
-    Recovery speed is what behaviours ask for wherever they are. A plan that asks for more is to know the limits, and is
-    refused above them (`check_speed_cap`).
+    Behaviors request recovery speed without regard to the limits. A plan that requests more must respect the limits,
+    and is rejected above them (`check_speed_cap`).
     """
     case = CheckContext(view, tracked_path(path, view, policy.tracking, reverse=reverse), policy)
     slow = path.speed <= policy.speeds.recovery_mps + EPSILON
@@ -73,10 +74,10 @@ def within_limits(path: FrenetPath, view: FrenetScene, policy: GuardPolicy, *, r
 
 
 def drawn_to_doors(case: CheckContext, speed: Array) -> Array:
-    """(stations,): the room beside the reach of a door that the ego needs at each `speed` (stations,) (m).
+    """(stations,): distance beside the reach of a door that the ego needs at each `speed` (stations,) (m).
 
-    A tracking fault draws the body aside until hard braking has slowed it to walking pace. Before the start there is
-    room for the error that counts as none, too.
+    A tracking fault moves the body sideways until hard braking has slowed it to walking pace. Before the start, the
+    distance also covers the error that counts as none.
     """
     tracking, limits = case.policy.tracking, case.view.ego.limits
     slows_s = np.maximum(speed - case.policy.speeds.creep_mps, 0.0) / limits.max_braking_mps2
@@ -85,16 +86,16 @@ def drawn_to_doors(case: CheckContext, speed: Array) -> Array:
 
 
 def brakes_for_door(case: CheckContext, rejects: list[RejectReason]) -> float | None:
-    """Return how hard to brake before the reach of a door (m/s²): as `drawn_to_doors` counts; None without a door."""
+    """Return the deceleration before the reach of a door (m/s²), as in `drawn_to_doors`; None without a door."""
     near = any(reject.code is RejectCode.DOOR for reject in rejects)
     return case.view.ego.limits.max_braking_mps2 if near else None
 
 
 def _beside_doors_mps(case: CheckContext, slow: Mask) -> Array:
-    """(stations,): the highest speed for which there is room beside the doors of parked vehicles (m/s).
+    """(stations,): highest speed for which the distance to the doors of parked vehicles suffices (m/s).
 
-    Infinite away from doors, and too near to them: within their reach a plan that is quicker than walking pace is
-    refused, and within `SpeedPolicy.doors_aside_m` one that is quicker than a recovery, where not `slow` (stations,).
+    Infinite away from doors, and too near to them: within their reach a plan above walking pace is rejected, and within
+    `SpeedPolicy.doors_aside_m` a plan above recovery speed, where not `slow` (stations,).
     """
     view, doors, tracking = case.view, case.policy.doors, case.policy.tracking
     fastest = np.full(len(case.path.s), np.inf)
@@ -114,35 +115,36 @@ def _beside_doors_mps(case: CheckContext, slow: Mask) -> Array:
     return result
 
 
-def may_open(thing: TrackedObject, parked_s: float) -> bool:
+def may_open(obj: TrackedObject, parked_s: float) -> bool:
     """True for a vehicle with doors that has parked."""
-    return thing.kind in DOORED and (thing.stationary_s is None or thing.stationary_s >= parked_s)
+    return obj.kind in DOORED and (obj.stationary_s is None or obj.stationary_s >= parked_s)
 
 
 def check_speed_cap(case: CheckContext) -> RejectReason | None:
-    """Return the reason against a plan that asks for more than its cap or the limit of a lane; None if it does not."""
-    speeds, asked = case.policy.speeds, case.path.speed
+    """Return the reject reason for a speed above the plan's cap or the limit of a lane; None if there is none."""
+    speeds, requested = case.policy.speeds, case.path.speed
     limits = limits_mps(case)
-    over: Mask = asked > limits + EPSILON
+    over: Mask = requested > limits + EPSILON
     if over.any():
-        k = int(np.where(over, asked - limits, -np.inf).argmax())
+        k = int(np.where(over, requested - limits, -np.inf).argmax())
         away = case.path.s[k] - case.path.s[0]
-        detail = f"asks for {asked[k]:.1f} m/s; the limit {away:.0f} m ahead is {limits[k]:.1f} m/s"
+        detail = f"speed {requested[k]:.1f} m/s exceeds the limit of {limits[k]:.1f} m/s {away:.0f} m ahead"
         return RejectReason(code=RejectCode.OVERSPEED, detail=detail)
-    most = float(asked.max())
+    most = float(requested.max())
     if most <= speeds.recovery_mps + EPSILON or most <= (cap := cap_mps(case)) + EPSILON:
         return None
-    beside = _somebody_beside(case)
+    beside = _object_beside(case)
     why = "" if beside is None else f" beside {case.view.objects[beside].kind.value} {case.view.objects[beside].id}"
-    return RejectReason(code=RejectCode.OVERSPEED, detail=f"asks for {most:.1f} m/s; the cap is {cap:.1f} m/s{why}")
+    detail = f"speed {most:.1f} m/s exceeds the cap of {cap:.1f} m/s{why}"
+    return RejectReason(code=RejectCode.OVERSPEED, detail=detail)
 
 
-def _passes_who_moves(case: CheckContext) -> bool:
+def _passes_moving_object(case: CheckContext) -> bool:
     return any(o.id in case.path.passes and case.view.moving[i] for i, o in enumerate(case.view.objects))
 
 
-def _somebody_beside(case: CheckContext) -> int | None:
-    """Return the index of a person, two-wheeler or car door within reach where the ego is faster than recovery speed.
+def _object_beside(case: CheckContext) -> int | None:
+    """Return the index of a person, two-wheeler or car door within reach of an ego above recovery speed.
 
     None if there is none. While the plan runs, tracking errors may use up a part of the distance, as of every gap.
     """
@@ -167,8 +169,8 @@ def _somebody_beside(case: CheckContext) -> int | None:
 def _gaps_on_the_way(case: CheckContext, which: Array, aside_m: float) -> Array:
     """(stations, objects): gaps to objects, widened by `aside_m` (m), while the ego passes (m).
 
-    While the ego, sluggish or fast, is at a station, an object that keeps its velocity sweeps a part of its way. Who is
-    on foot may also stay.
+    While the ego, sluggish or fast, is at a station, an object that keeps its velocity sweeps a part of its path. A
+    pedestrian may also stay.
     """
     view = case.view
     now = np.where(view.on_foot[which], stationary_gaps(case, which, aside_m=aside_m), np.inf)
@@ -183,5 +185,5 @@ def _gaps_on_the_way(case: CheckContext, which: Array, aside_m: float) -> Array:
             view.across[which] + np.abs(view.vd[which]) * half_s + aside_m,
         ),
     )
-    # A path laid out at just this distance keeps it.
+    # A path that is laid out at exactly this distance keeps it.
     return np.minimum(now, swept) + EPSILON

@@ -1,4 +1,4 @@
-"""Traffic that goes straight on where the route does not: on joining or crossing roads, or where the route turns."""
+"""Models traffic that goes straight on where the route does not: on joining or crossing roads, or beside a turn."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ class ThroughTraffic:
     """Straight paths of objects in the local frame.
 
     Attributes:
-        member: (members,) indices into the array of objects that was asked for.
-        x_m: (members,) where the straight path starts.
-        y_m: The same for y.
-        yaw_rad: (members,) its heading.
-        speed_mps: (members,) the object's speed.
-        before_m: (members,) distance that the object still has to drive to the start.
+        member: (members,): indices into the array of objects in the query.
+        x_m: (members,): x of the start of the straight path (m).
+        y_m: (members,): y of the start of the straight path (m).
+        yaw_rad: (members,): heading of the straight path (rad).
+        speed_mps: (members,): speed of the object (m/s).
+        before_m: (members,): distance of the object to the start of the straight path (m).
     """
 
     member: Array
@@ -40,15 +40,15 @@ class ThroughTraffic:
 
 
 def straight_on(case: CheckContext, which: Array) -> ThroughTraffic:
-    """Return the straight paths of those among `which` that go straight on."""
+    """Return the straight paths of the objects in `which` that go straight on."""
     view = case.view
     rows = []
     for member in np.flatnonzero(view.elsewhere[which] | _oncoming(case, which)):
         i = which[member]
-        thing, zone = view.objects[int(i)], _turned_in(case, int(i))
-        speed = max(math.hypot(thing.vx_mps, thing.vy_mps), EPSILON)
+        obj, zone = view.objects[int(i)], _turned_in(case, int(i))
+        speed = max(math.hypot(obj.vx_mps, obj.vy_mps), EPSILON)
         if view.elsewhere[i] or (zone is not None and view.s[i] <= zone.end_m):
-            rows.append((member, thing.x_m, thing.y_m, math.atan2(thing.vy_mps, thing.vx_mps), speed, 0.0))
+            rows.append((member, obj.x_m, obj.y_m, math.atan2(obj.vy_mps, obj.vx_mps), speed, 0.0))
         elif zone is not None:
             x, y, along = view.frame.to_local(np.array([zone.end_m]), view.d[[int(i)]])
             rows.append((member, x[0], y[0], along[0] + math.pi, speed, float(view.s[i]) - zone.end_m))
@@ -62,14 +62,14 @@ def goes_straight(case: CheckContext, index: int) -> bool:
 
 
 def _turned_in(case: CheckContext, index: int) -> Zone | None:
-    """Return the junction in which the route turns off the road along which the object comes, or None."""
+    """Return the junction in which the route turns off the road of an oncoming object, or None."""
     view = case.view
     if not _oncoming(case, index):
         return None
     first, last, half = float(case.path.s[0]), float(case.path.end_s), view.ego.length_m / 2
     for zone in view.surroundings.road.zones:
-        met = zone.start_m < last + half and zone.end_m > first - half
-        if zone.kind is not ZoneKind.JUNCTION or not met or view.s[index] <= zone.start_m:
+        overlaps = zone.start_m < last + half and zone.end_m > first - half
+        if zone.kind is not ZoneKind.JUNCTION or not overlaps or view.s[index] <= zone.start_m:
             continue
         if _turns(view, zone) > case.policy.prediction.turns_rad:
             return zone
@@ -77,12 +77,12 @@ def _turned_in(case: CheckContext, index: int) -> Zone | None:
 
 
 def _oncoming(case: CheckContext, which: Any) -> Any:
-    """True for objects that come the other way on a known lane. `which`: one index or several."""
+    """True for objects that move against the route on a known lane. `which`: one index or several."""
     view = case.view
     return (view.vs[which] < -case.policy.prediction.along_mps) & view.on_lane[which]
 
 
 def _turns(view: FrenetScene, zone: Zone) -> float:
-    """Return by how much the route turns in a zone (rad)."""
+    """Return the angle by which the route turns in a zone (rad)."""
     start, end = (float(np.interp(s, view.frame.s, view.frame.headings)) for s in (zone.start_m, zone.end_m))
     return abs(end - start)

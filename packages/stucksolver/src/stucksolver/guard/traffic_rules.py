@@ -1,4 +1,4 @@
-"""The rules of the road that a recovery might break, and each behaviour's own bounds."""
+"""Checks rules of the road that a recovery may break, and the bounds of each behavior."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from stucksolver.scene.objects import MOTOR_VEHICLES, ObjectKind, TrackedObject
 from stucksolver.scene.road import LaneDirection, LaneKind, Zone, ZoneKind
 
 IN_A_SCENE = (ObjectKind.FLAGGER, ObjectKind.CROSSING_GATE, ObjectKind.SCHOOL_BUS, ObjectKind.EMERGENCY)
+"""Kinds that may mark a scene with its own rule in `SCENES`."""
 
 
 def off_route(case: CheckContext) -> list[RejectReason]:
@@ -27,25 +28,26 @@ def off_route(case: CheckContext) -> list[RejectReason]:
         outside = (path.d < right) | (path.d > left)
     if not outside.any():
         return []
-    way = float(np.diff(path.s)[outside[1:]].sum())
-    time = float(np.diff(case.slow.t)[outside[1:]].sum())
-    if way <= policy.off_route_m and time <= policy.off_route_s:
+    away_m = float(np.diff(path.s)[outside[1:]].sum())
+    away_s = float(np.diff(case.slow.t)[outside[1:]].sum())
+    if away_m <= policy.off_route_m and away_s <= policy.off_route_s:
         return []
     detail = (
-        f"{way:.0f} m and {time:.0f} s off the route; at most {policy.off_route_m:.0f} m and {policy.off_route_s:.0f} s"
+        f"{away_m:.0f} m and {away_s:.0f} s off the route, "
+        f"allowed {policy.off_route_m:.0f} m and {policy.off_route_s:.0f} s"
     )
-    return [RejectReason(code=RejectCode.OFF_ROUTE, detail=detail, time_s=time, gap_m=policy.off_route_m - way)]
+    return [RejectReason(code=RejectCode.OFF_ROUTE, detail=detail, time_s=away_s, gap_m=policy.off_route_m - away_m)]
 
 
 def authority(case: CheckContext) -> list[RejectReason]:
     """Check that a level crossing, school bus, flagger or emergency scene is passed only with approval.
 
-    An emergency scene needs none if the ego moves over by a whole lane.
+    An emergency scene requires none if the ego moves over by a whole lane.
     """
     view, policy = case.view, case.policy
     half = view.ego.length_m / 2
     start, end = float(case.path.s[0]) - half, float(case.path.end_s) + half
-    found: list[tuple[str, str | None]] = [
+    scenes: list[tuple[str, str | None]] = [
         ("level_crossing", None)
         for zone in view.surroundings.road.zones
         if zone.kind is ZoneKind.LEVEL_CROSSING
@@ -53,22 +55,22 @@ def authority(case: CheckContext) -> list[RejectReason]:
         and zone.start_m < end + policy.lanes.overrun_m
         and not _leaves(case, zone)
     ]
-    for i, thing in enumerate(view.objects):
-        rule = _scene_of(thing, policy.scenes.stands_mps) if thing.kind in IN_A_SCENE else None
+    for i, obj in enumerate(view.objects):
+        rule = _scene_of(obj, policy.scenes.stands_mps) if obj.kind in IN_A_SCENE else None
         if rule is None:
             continue
         ahead = view.s[i] + view.along[i] > start and view.s[i] - view.along[i] < end
         if not ahead or abs(view.d[i]) - view.across[i] >= policy.scenes.beside_m:
             continue
         if rule != "emergency_scene" or not _moves_over(case, i):
-            found.append((rule, thing.id))
+            scenes.append((rule, obj.id))
     return [
         RejectReason(
             code=RejectCode.AUTHORITY,
-            detail=f"{rule.replace('_', ' ')}: needs approval from the {policy.scene_release(rule).value}",
-            object_id=who,
+            detail=f"{rule.replace('_', ' ')}: requires approval from the {policy.scene_release(rule).value}",
+            object_id=object_id,
         )
-        for rule, who in found
+        for rule, object_id in scenes
         if not case.approvals.cover(rule, policy.scene_release(rule))
     ]
 
@@ -80,12 +82,12 @@ def off_rails(case: CheckContext) -> list[RejectReason]:
     path, view, half = case.path, case.view, case.view.ego.length_m / 2
     end, takes_over = float(path.end_s), float(path.end_s)
     if not path.stops and view.zone_at(float(path.s[0]), ZoneKind.LEVEL_CROSSING) is None:
-        # Whoever leaves the rails need only be off them in the end.
+        # An ego that leaves the rails must only be off them in the end.
         takes_over = max(end - landing_m(float(path.speed[-1])), float(path.s[0]))
     for zone in view.surroundings.road.zones:
-        on = zone.start_m < end + half + case.policy.lanes.overrun_m and takes_over - half < zone.end_m
-        if zone.kind is ZoneKind.LEVEL_CROSSING and on:
-            return [RejectReason(code=RejectCode.STOPPING_PLACE, detail="the plan would end on a level crossing")]
+        overlaps = zone.start_m < end + half + case.policy.lanes.overrun_m and takes_over - half < zone.end_m
+        if zone.kind is ZoneKind.LEVEL_CROSSING and overlaps:
+            return [RejectReason(code=RejectCode.STOPPING_PLACE, detail="the path ends on a level crossing")]
     return []
 
 
@@ -114,40 +116,43 @@ def _moves_over(case: CheckContext, i: int) -> bool:
     return True
 
 
-def _scene_of(thing: TrackedObject, stands_mps: float) -> str | None:
-    if thing.kind is ObjectKind.FLAGGER:
+def _scene_of(obj: TrackedObject, stands_mps: float) -> str | None:
+    if obj.kind is ObjectKind.FLAGGER:
         return "flagger"
-    if thing.kind is ObjectKind.CROSSING_GATE:
+    if obj.kind is ObjectKind.CROSSING_GATE:
         return "level_crossing"
-    if np.hypot(thing.vx_mps, thing.vy_mps) > stands_mps:
+    if np.hypot(obj.vx_mps, obj.vy_mps) > stands_mps:
         return None
-    if thing.kind is ObjectKind.SCHOOL_BUS:
+    if obj.kind is ObjectKind.SCHOOL_BUS:
         return "school_bus"
-    # Lights that are not seen may be on.
-    return "emergency_scene" if thing.kind is ObjectKind.EMERGENCY and thing.emergency_lights is not False else None
+    # Lights without a known state may be on.
+    return "emergency_scene" if obj.kind is ObjectKind.EMERGENCY and obj.emergency_lights is not False else None
 
 
 def creep_speed(case: CheckContext) -> list[RejectReason]:
-    """Check that behaviours that must be slow keep to walking pace."""
-    asked, cap = float(case.path.speed.max()), case.policy.speeds.creep_mps
-    if asked <= cap + EPSILON:
+    """Check that behaviors that must be slow keep to walking pace."""
+    fastest, cap = float(case.path.speed.max()), case.policy.speeds.creep_mps
+    if fastest <= cap + EPSILON:
         return []
-    return [RejectReason(code=RejectCode.OVERSPEED, detail=f"asks for {asked:.1f} m/s; walking pace is {cap:.1f} m/s")]
+    detail = f"speed {fastest:.1f} m/s exceeds walking pace of {cap:.1f} m/s"
+    return [RejectReason(code=RejectCode.OVERSPEED, detail=detail)]
 
 
 def within_lane(case: CheckContext) -> list[RejectReason]:
     """Check that the body stays within the lane in which the path begins."""
     lane = case.start_lane
     if lane is None:
-        return [RejectReason(code=RejectCode.LEAVES_LANE, detail="the vehicle is in no lane")]
+        return [RejectReason(code=RejectCode.LEAVES_LANE, detail="the ego is in no lane")]
     s, d, policy = case.path.s, case.path.d, case.policy.lanes
     over: Array = np.maximum(
         d + case.reach - np.interp(s, lane.s, lane.left), np.interp(s, lane.s, lane.right) - (d - case.reach)
     )
-    # At its present heading the ego may already reach over a border; it must not go further.
-    if float(over.max()) <= max(policy.tolerance_m, float(over[0]) + policy.further_out_m):
+    # With its present heading the ego may already reach over a border; it must not go further.
+    allowed = max(policy.tolerance_m, float(over[0]) + policy.further_out_m)
+    if float(over.max()) <= allowed:
         return []
-    return [RejectReason(code=RejectCode.LEAVES_LANE, detail=f"reaches {over.max():.1f} m out of its lane")]
+    detail = f"ego {over.max():.2f} m out of its lane, allowed {allowed:.2f} m"
+    return [RejectReason(code=RejectCode.LEAVES_LANE, detail=detail)]
 
 
 def stopping_place(case: CheckContext) -> list[RejectReason]:
@@ -155,8 +160,8 @@ def stopping_place(case: CheckContext) -> list[RejectReason]:
     end = case.path.end_s
     zone = case.view.zone_at(end) or case.view.zone_at(end + case.policy.lanes.overrun_m)
     if zone is not None:
-        where = zone.kind.value.replace("_", " ")
-        return [RejectReason(code=RejectCode.STOPPING_PLACE, detail=f"the plan would end in a {where}")]
+        zone_name = zone.kind.value.replace("_", " ")
+        return [RejectReason(code=RejectCode.STOPPING_PLACE, detail=f"the path ends in a {zone_name}")]
     return no_oncoming_lane(case)
 
 
@@ -167,31 +172,31 @@ def no_oncoming_lane(case: CheckContext) -> list[RejectReason]:
         if lane.strip.kind is not LaneKind.DRIVING or lane.strip.direction is not LaneDirection.OPPOSITE:
             continue
         if lane.covers(end, end) and case.inside(lane)[-1]:
-            return [RejectReason(code=RejectCode.STOPPING_PLACE, detail="the plan would end in an oncoming lane")]
+            return [RejectReason(code=RejectCode.STOPPING_PLACE, detail="the path ends in an oncoming lane")]
     return []
 
 
 def check_lane_visible(case: CheckContext) -> list[RejectReason]:
-    """Check that the lane is seen for the whole path plus a margin, for moves that a stack does not watch."""
+    """Check that the lane is visible for the whole path plus a margin, for moves that a stack does not watch."""
     lane = case.start_lane
-    seen = 0.0 if lane is None else case.view.sight_ahead_m(lane)
+    sight_m = 0.0 if lane is None else case.view.sight_ahead_m(lane)
     backing = case.policy.backing
-    closed = lane is not None and _closed(case, lane, seen)
+    closed = lane is not None and _closed(case, lane, sight_m)
     margin = backing.closed_margin_m if closed else backing.margin_m
     needed = case.path.end_s - case.view.ego_s + case.view.ego.length_m / 2 + margin
-    if seen >= needed - (backing.look_m if case.running else 0.0):
+    if sight_m >= needed - (backing.look_m if case.running else 0.0):
         return []
     return [
         RejectReason(
             code=RejectCode.PATH_NOT_VISIBLE,
-            detail=f"sees {seen:.0f} m of the path, needs {needed:.0f} m",
-            gap_m=seen - needed,
+            detail=f"sight distance {sight_m:.1f} m, required {needed:.1f} m for the path",
+            gap_m=sight_m - needed,
         )
     ]
 
 
 def _closed(case: CheckContext, lane: Lane, seen_m: float) -> bool:
-    """True if the sight of a lane ends at a stopped vehicle that fills it, and the ego only creeps towards it."""
+    """True if the sight in a lane ends at a stopped vehicle that fills it, and the ego only creeps toward it."""
     view, policy = case.view, case.policy.backing
     standing = ~view.moving & (view.s > view.ego_s)
     nearer = view.s - view.along - view.ego_s
@@ -200,9 +205,9 @@ def _closed(case: CheckContext, lane: Lane, seen_m: float) -> bool:
     ends_m = policy.sight_ends_m + (policy.look_m if case.running else 0.0)
     for i in np.flatnonzero(standing & (np.abs(nearer - seen_m) < ends_m)):
         right, _, left = lane.at(float(view.s[i]))
-        beside = max(view.d[i] - view.across[i] - right, left - view.d[i] - view.across[i])
+        gap_m = max(view.d[i] - view.across[i] - right, left - view.d[i] - view.across[i])
         apart_m = np.hypot(view.s - view.s[i], view.d - view.d[i]) - view.along[i]
         people = view.vulnerable & (apart_m < policy.people_m)
-        if beside < policy.beside_m and not people.any() and view.objects[int(i)].kind in MOTOR_VEHICLES:
+        if gap_m < policy.beside_m and not people.any() and view.objects[int(i)].kind in MOTOR_VEHICLES:
             return True
     return False

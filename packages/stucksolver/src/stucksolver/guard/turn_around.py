@@ -1,9 +1,9 @@
-"""Whether the ego may turn round on the road: proven as a whole before it begins, and then leg by leg from rest.
+"""Checks whether the ego may turn around on the road: as a whole before it begins, then leg by leg from rest.
 
-A leg is a path in the plane. At each of its poses the body is checked against all stationary objects, and against all
-moving ones for the duration of the leg, whether they follow their lane, go straight on, or brake. No traffic on the
-road may reach the body before the turn is done. Traffic from unseen parts of the road must be able to stop (Lemma 2 of
-RSS, as for a lane entry).
+A leg is a path in the plane. At each of its poses the body is checked against all stationary objects. It is checked
+against all moving ones for the duration of the leg, whether they follow their lane, go straight on, or brake. No
+traffic on the road may reach the body before the turn is done. Traffic from occluded parts of the road must be able to
+stop (Lemma 2 of RSS, as for a lane entry).
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 from stucksolver.guard.policy import Approvals, GuardPolicy
 from stucksolver.guard.rss import rss_distance, step_off
 from stucksolver.guard.verdict import OK, RejectReason, Verdict, no_path
-from stucksolver.plan.behaviors import AbortAction, ApprovalLevel, NoPathError, TurnAround
+from stucksolver.plan.behaviors import AbortAction, ApprovalLevel, LegBehavior, NoPathError
 from stucksolver.plan.multi_point_turn import POSE_STEP_M, Leg, corners, gaps_m, room_at_edges_m
 from stucksolver.scene.boxes import separation
 from stucksolver.scene.failed_attempts import PlanFailure, RejectCode
@@ -25,28 +25,28 @@ from stucksolver.scene.objects import ObjectKind
 from stucksolver.scene.road import LaneDirection, LaneKind, LineKind
 
 CLOSING = frozenset({ObjectKind.BARRIER, ObjectKind.CONE})
-"""Objects that close a road: no traffic comes through there."""
+"""Kinds of objects that close a road: no traffic passes them."""
 
 
 @dataclass(frozen=True)
 class ProvenLeg:
-    """An accepted leg of a turn.
+    """Accepted leg of a turn.
 
     Attributes:
-        behavior: The turn.
-        leg: The leg.
+        behavior: Turn.
+        leg: Leg.
         after_s: Duration of the legs after it, with the pauses between them (s).
         expected_s: Duration of this leg (s).
     """
 
-    behavior: TurnAround
+    behavior: LegBehavior
     leg: Leg
     after_s: float
     expected_s: float
 
     @property
     def reverse(self) -> bool:
-        """True if it backs up."""
+        """True if the leg backs up."""
         return self.leg.reverse
 
     def at(self, view: FrenetScene) -> int:
@@ -55,26 +55,26 @@ class ProvenLeg:
         return int(away.argmin())
 
     def left_m(self, view: FrenetScene) -> float:
-        """Return the distance left to drive on the leg (m)."""
+        """Return the remaining distance on the leg (m)."""
         return POSE_STEP_M * (len(self.leg.x_m) - 1 - self.at(view))
 
     def rest(self, view: FrenetScene) -> Leg:
-        """Return the leg from the ego's position on."""
+        """Return the rest of the leg from the ego's position."""
         k = min(self.at(view), len(self.leg.x_m) - 2)
         return replace(self.leg, x_m=self.leg.x_m[k:], y_m=self.leg.y_m[k:], yaw_rad=self.leg.yaw_rad[k:])
 
 
 def prove_turn(
-    behavior: TurnAround, view: FrenetScene, policy: GuardPolicy, approvals: Approvals
+    behavior: LegBehavior, view: FrenetScene, policy: GuardPolicy, approvals: Approvals
 ) -> tuple[Verdict, ProvenLeg | None]:
-    """Judge the whole rest of a turn from where the ego is. A turn without a path is refused with `NO_PATH`.
+    """Check the whole rest of a turn from the ego's present pose. A turn without a path is rejected with `NO_PATH`.
 
     Returns:
-        The verdict, and the first leg (None if refused).
+        Verdict, and the first leg (None if rejected).
     """
     try:
         if abs(view.ego.speed_mps) > policy.stopping.rests_mps:
-            raise NoPathError(PlanFailure.MUST_BE_STOPPED, "the vehicle must stop before it turns round")
+            raise NoPathError(PlanFailure.MUST_BE_STOPPED, "the vehicle must stop before turning around")
         legs = behavior.legs(view)
         if not legs:
             raise NoPathError(PlanFailure.PRECONDITION, "the vehicle already faces the other way")
@@ -86,8 +86,9 @@ def prove_turn(
     swept = _span(view, legs)
     rejects = _zones(view, swept, policy) + _solid_line(view, swept, policy, approvals)
     rejects += _edges(view, legs, policy) + _sight(view, swept, policy)
-    # Once the ego is across the road, all traffic sees it and can stop.
-    rejects += _comes(view, swept, took[0] + (0.0 if begun else after_s), policy)
+    # After the ego is across the road, all traffic can detect it and stop.
+    approaching_s = took[0] + (0.0 if begun else after_s)
+    rejects += _approaching_traffic(view, swept, approaching_s, policy)
     rejects += [reject for leg in legs for reject in _standing(view, leg, policy, behavior.speed_mps)][:1]
     rejects += _moving(view, legs[0], policy, behavior.speed_mps)
     if rejects:
@@ -96,22 +97,22 @@ def prove_turn(
 
 
 def unreleased_line(
-    behavior: TurnAround, at: tuple[float, float], view: FrenetScene, policy: GuardPolicy, approvals: Approvals
+    behavior: LegBehavior, at: tuple[float, float], view: FrenetScene, policy: GuardPolicy, approvals: Approvals
 ) -> Verdict:
-    """Judge in advance whether a later turn of a plan may cross the lines where it will begin.
+    """Check in advance whether a later turn of a plan may cross the lines where it will begin.
 
-    A person must be asked before the first step of the plan, not after it. Everything else about the turn depends on
-    that moment, so `prove_turn` judges it then.
+    A person must be asked before the first step of the plan, not after it. All other checks of the turn depend on its
+    start, so `prove_turn` makes them at that time.
 
     Args:
-        behavior: The turn.
-        at: (x, y) in the local frame of the body's centre when the turn begins (m).
-        view: The surroundings in road coordinates, seen from where the ego is now.
-        policy: The guard's bounds.
-        approvals: What people have approved.
+        behavior: Turn.
+        at: (x, y) in the local frame of the body's center when the turn begins (m).
+        view: Surroundings in road coordinates, from the present position of the ego.
+        policy: Bounds of the guard.
+        approvals: Approvals by people.
 
     Returns:
-        A refusal with `SOLID_LINE` or `OFF_ROAD`; accepted if no line prevents the turn, or it has no path from there.
+        Rejection with `SOLID_LINE` or `OFF_ROAD`; accepted if no line prevents the turn, or it has no path from there.
     """
     there = view.surroundings.ego.model_copy(update={"x_m": at[0], "y_m": at[1], "speed_mps": 0.0})
     later = FrenetScene(view.surroundings.model_copy(update={"ego": there}))
@@ -123,13 +124,18 @@ def unreleased_line(
 
 
 def recheck_leg(proven: ProvenLeg, view: FrenetScene, policy: GuardPolicy) -> Verdict:
-    """Judge a running leg on this tick. A refusal says to stop for good, or to give way until someone has passed."""
+    """Check a running leg on this tick. A rejection has the abort: a final stop, or yielding to traffic."""
     braking = view.ego.limits.comfort_braking_mps2
     k = proven.at(view)
     away = float(np.hypot(proven.leg.x_m[k] - view.ego.x_m, proven.leg.y_m[k] - view.ego.y_m))
     turn = float(np.cos(view.ego.yaw_rad - proven.leg.yaw_rad[k]))
     if away > policy.turning.error_m or turn < np.cos(policy.turning.error_rad):
-        off = RejectReason(code=RejectCode.DEVIATION, detail=f"{away:.1f} m off the proven leg", gap_m=away)
+        angle_rad, allowed = float(np.arccos(np.clip(turn, -1, 1))), policy.turning
+        detail = (
+            f"ego {away:.2f} m and {angle_rad:.2f} rad off the proven leg, allowed {allowed.error_m:.2f} m and "
+            f"{allowed.error_rad:.2f} rad"
+        )
+        off = RejectReason(code=RejectCode.DEVIATION, detail=detail, gap_m=away)
         return Verdict(rejects=(off,), abort=AbortAction.STOP, brake_mps2=braking)
     rest, speed = proven.rest(view), proven.behavior.speed_mps
     rejects = _standing(view, rest, policy, speed, running=True) + _moving(view, rest, policy, speed, running=True)
@@ -138,7 +144,7 @@ def recheck_leg(proven: ProvenLeg, view: FrenetScene, policy: GuardPolicy) -> Ve
     return Verdict(rejects=tuple(rejects), abort=AbortAction.YIELD, brake_mps2=view.ego.limits.max_braking_mps2)
 
 
-def _duration_s(leg: Leg, view: FrenetScene, behavior: TurnAround, policy: GuardPolicy) -> float:
+def _duration_s(leg: Leg, view: FrenetScene, behavior: LegBehavior, policy: GuardPolicy) -> float:
     speed = min(policy.turning.slowest_mps, behavior.speed_mps)
     sets_off = speed / (policy.prediction.sluggish_acceleration * view.ego.limits.comfort_acceleration_mps2)
     return leg.length_m / speed + sets_off
@@ -154,46 +160,43 @@ def _zones(view: FrenetScene, swept: tuple[float, float], policy: GuardPolicy) -
     margin_m = policy.lanes.zone_margin_m
     for zone in view.surroundings.road.zones:
         if zone.start_m - margin_m < swept[1] and swept[0] < zone.end_m + margin_m:
-            return [
-                RejectReason(
-                    code=RejectCode.ZONE, detail=f"the ego would turn in a {zone.kind.value.replace('_', ' ')}"
-                )
-            ]
+            detail = f"turn within {margin_m:.1f} m of a {zone.kind.value.replace('_', ' ')}"
+            return [RejectReason(code=RejectCode.ZONE, detail=detail)]
     return []
 
 
 def _solid_line(
     view: FrenetScene, swept: tuple[float, float], policy: GuardPolicy, approvals: Approvals
 ) -> list[RejectReason]:
-    """Check that no kerb is crossed, and a solid line between lanes only as the policy allows."""
+    """Check that no curb is crossed, and a solid line between lanes only as the policy allows."""
     lines = [
         lane.lines(max(swept[0], lane.start_m), min(swept[1], lane.end_m))
         for lane in view.frame.lanes
         if lane.strip.kind is LaneKind.DRIVING and lane.covers(view.ego_s, view.ego_s)
     ]
-    if any(LineKind.KERB in found for found in lines):
-        return [RejectReason(code=RejectCode.OFF_ROAD, detail="the path crosses a kerb")]
-    if not any(LineKind.SOLID in found for found in lines):
+    if any(LineKind.KERB in kinds for kinds in lines):
+        return [RejectReason(code=RejectCode.OFF_ROAD, detail="the path crosses a curb")]
+    if not any(LineKind.SOLID in kinds for kinds in lines):
         return []
     if policy.solid_line == "forbid":
         return [RejectReason(code=RejectCode.SOLID_LINE, detail="solid line: crossing is forbidden here")]
     if not approvals.cover("solid_line", ApprovalLevel(policy.solid_line)):
-        why = f"solid line: crossing needs approval from the {policy.solid_line}"
+        why = f"solid line: crossing requires approval from the {policy.solid_line}"
         return [RejectReason(code=RejectCode.SOLID_LINE, detail=why)]
     return []
 
 
 def _edges(view: FrenetScene, legs: tuple[Leg, ...], policy: GuardPolicy) -> list[RejectReason]:
-    room = np.concatenate([room_at_edges_m(view, leg.x_m, leg.y_m, leg.yaw_rad) for leg in legs])
-    least = min(policy.turning.edge_m, float(room[0]) - policy.lanes.further_out_m)
-    if float(room.min()) >= least:
+    distance_m = np.concatenate([room_at_edges_m(view, leg.x_m, leg.y_m, leg.yaw_rad) for leg in legs])
+    least = min(policy.turning.edge_m, float(distance_m[0]) - policy.lanes.further_out_m)
+    if float(distance_m.min()) >= least:
         return []
-    detail = f"a corner would be {room.min():.1f} m from the edge of the road"
-    return [RejectReason(code=RejectCode.OFF_LANES, detail=detail, gap_m=float(room.min()))]
+    detail = f"corner {distance_m.min():.2f} m from the edge of the road, required {least:.2f} m"
+    return [RejectReason(code=RejectCode.OFF_LANES, detail=detail, gap_m=float(distance_m.min()))]
 
 
 def _sight(view: FrenetScene, swept: tuple[float, float], policy: GuardPolicy) -> list[RejectReason]:
-    """Check that each lane is seen so far that traffic at its speed limit can stop before the ego."""
+    """Check that the sight distance in each lane suffices for traffic at its speed limit to stop before the ego."""
     for lane in view.frame.lanes:
         if lane.strip.kind is not LaneKind.DRIVING or not lane.covers(view.ego_s, view.ego_s):
             continue
@@ -204,14 +207,14 @@ def _sight(view: FrenetScene, swept: tuple[float, float], policy: GuardPolicy) -
         have = view.sight_ahead_m(lane) if ahead else view.sight_behind_m(lane)
         needed = extent_m + stop_m
         if have < needed and not _ends(view, lane, have if ahead else -have, policy):
-            where = "ahead" if ahead else "behind"
-            detail = f"sees {have:.0f} m of the road {where}, needs {needed:.0f} m to turn"
+            direction = "ahead" if ahead else "behind"
+            detail = f"sight distance {direction} {have:.1f} m, required {needed:.1f} m to turn"
             return [RejectReason(code=RejectCode.PATH_NOT_VISIBLE, detail=detail, gap_m=have - needed)]
     return []
 
 
 def _ends(view: FrenetScene, lane: Lane, sight_m: float, policy: GuardPolicy) -> bool:
-    """True if a lane ends, or is closed, where the sight of it ends. `sight_m`: from the ego (m), negative behind."""
+    """True if a lane ends, or is closed, at the end of its sight. `sight_m`: from the ego (m), negative behind."""
     end_s = view.ego_s + sight_m
     sampled_m = policy.sight.sampled_m
     if end_s > lane.end_m - sampled_m or end_s < lane.start_m + sampled_m:
@@ -222,8 +225,10 @@ def _ends(view: FrenetScene, lane: Lane, sight_m: float, policy: GuardPolicy) ->
     return bool((closing & in_lane & (np.abs(view.s - end_s) < sampled_m + view.along)).any())
 
 
-def _comes(view: FrenetScene, swept: tuple[float, float], turn_s: float, policy: GuardPolicy) -> list[RejectReason]:
-    """Check that no traffic on the road, slightly faster than seen, reaches the turn before it is done."""
+def _approaching_traffic(
+    view: FrenetScene, swept: tuple[float, float], turn_s: float, policy: GuardPolicy
+) -> list[RejectReason]:
+    """Check that no traffic on the road, slightly faster than perceived, reaches the turn before it is done."""
     until_s, oncoming = turn_s + policy.oncoming.time_gap_s, policy.oncoming
     for i in np.flatnonzero(view.moving & view.on_lane & ~view.on_foot & (np.abs(view.vs) > MOVING_MPS)):
         ahead = bool(view.vs[i] > 0.0)
@@ -231,15 +236,19 @@ def _comes(view: FrenetScene, swept: tuple[float, float], turn_s: float, policy:
             (swept[0] - view.s[i], view.s[i] - swept[1]) if ahead else (view.s[i] - swept[1], swept[0] - view.s[i])
         )
         gap_m, is_past = float(near_m - view.along[i]), bool(far_m > view.along[i])
-        if not is_past and gap_m < (abs(float(view.vs[i])) + oncoming.speedup_mps) * until_s:
-            thing = view.objects[int(i)]
-            detail = f"{thing.kind.value} {thing.id} is approaching, {gap_m:.0f} m away; the turn takes {turn_s:.0f} s"
-            return [RejectReason(code=RejectCode.ONCOMING_GAP, detail=detail, object_id=thing.id, gap_m=gap_m)]
+        required_m = (abs(float(view.vs[i])) + oncoming.speedup_mps) * until_s
+        if not is_past and gap_m < required_m:
+            obj = view.objects[int(i)]
+            detail = (
+                f"{obj.kind.value} {obj.id} approaches: gap {gap_m:.0f} m, required {required_m:.0f} m "
+                f"for a turn of {turn_s:.0f} s"
+            )
+            return [RejectReason(code=RejectCode.ONCOMING_GAP, detail=detail, object_id=obj.id, gap_m=gap_m)]
     return []
 
 
 def _margins(view: FrenetScene, which: Array, policy: GuardPolicy, speed_mps: float, moving: bool) -> Array:
-    """(objects,): the gaps to keep (m)."""
+    """(objects,): gaps to keep (m)."""
     gaps = policy.clearance
     margin = np.full(len(which), gaps.moving_gap_m if moving else gaps.standing_gap_m)
     margin = np.where(view.vulnerable[which], np.maximum(margin, gaps.vulnerable_gap_m), margin)
@@ -283,7 +292,7 @@ def _moving(
 
 
 def _places(view: FrenetScene, leg: Leg, policy: GuardPolicy, speed_mps: float) -> tuple[Array, Mask]:
-    """Return the instants until the leg ends (s from now), and (poses, instants): True if the ego may be there then."""
+    """Return the instants until the leg ends (s from now), and (poses, instants): True if the ego may be there."""
     slow_mps = min(policy.turning.slowest_mps, speed_mps)
     gains = view.ego.limits.comfort_acceleration_mps2
     travel = POSE_STEP_M * np.arange(len(leg.x_m))
@@ -297,12 +306,13 @@ def _places(view: FrenetScene, leg: Leg, policy: GuardPolicy, speed_mps: float) 
 
 
 def _courses(view: FrenetScene, which: Array, t: Array, policy: GuardPolicy) -> list[tuple[Array, Array, Array]]:
-    """Return x, y (m) and heading (rad), each (instants, objects), for each hypothesis: straight on, braking straight
-    on, and along the lane.
+    """Return x, y (m) and heading (rad), each (instants, objects), of three hypotheses.
+
+    The object goes straight on, brakes straight on, or follows its lane.
     """
-    found = [view.objects[int(i)] for i in which]
+    objects = [view.objects[int(i)] for i in which]
     x, y, yaw, vx, vy = (
-        np.array([getattr(o, n) for o in found]) for n in ("x_m", "y_m", "yaw_rad", "vx_mps", "vy_mps")
+        np.array([getattr(o, n) for o in objects]) for n in ("x_m", "y_m", "yaw_rad", "vx_mps", "vy_mps")
     )
     speed = np.maximum(np.hypot(vx, vy), MOVING_MPS)
     until = np.minimum(t[:, None], speed / policy.prediction.braking_mps2)
@@ -318,7 +328,7 @@ def _courses(view: FrenetScene, which: Array, t: Array, policy: GuardPolicy) -> 
 
 
 def _too_near(view: FrenetScene, which: Array, gap: Array, margin: Array, policy: GuardPolicy) -> list[RejectReason]:
-    """Return a reason for the nearest object whose gap (poses, objects) falls below its margin and its present value.
+    """Return a reject reason for the nearest object with a gap (poses, objects) below its margin and its present value.
 
     The first row of `gap` is the present one.
     """
@@ -327,9 +337,9 @@ def _too_near(view: FrenetScene, which: Array, gap: Array, margin: Array, policy
         return []
     worst = np.where(bad, gap, np.inf).min(axis=0)
     k = int(worst.argmin())
-    thing = view.objects[int(which[k])]
+    obj = view.objects[int(which[k])]
     code = RejectCode.COLLISION if worst[k] <= 0.0 else RejectCode.GAP
     if worst[k] > 0.0 and view.vulnerable[int(which[k])]:
         code = RejectCode.CLEARANCE
-    detail = f"{thing.kind.value} {thing.id}: gap {worst[k]:.1f} m in the turn"
-    return [RejectReason(code=code, detail=detail, object_id=thing.id, gap_m=float(worst[k]))]
+    detail = f"{obj.kind.value} {obj.id}: gap {worst[k]:.2f} m, required {margin[k]:.2f} m in the turn"
+    return [RejectReason(code=code, detail=detail, object_id=obj.id, gap_m=float(worst[k]))]

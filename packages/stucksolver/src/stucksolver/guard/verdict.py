@@ -1,4 +1,4 @@
-"""The guard's verdict on a plan."""
+"""Verdict of the guard on a plan."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from stucksolver.scene.failed_attempts import PlanFailure, RejectCode
 
 
 class RejectReason(FrozenModel):
-    """One reason against a plan, with the object, the time (s from now) and the gap (m) if they apply."""
+    """Reject reason, with the object, the time (s from now) and the gap (m) if they apply."""
 
     code: RejectCode
     detail: str
@@ -16,15 +16,15 @@ class RejectReason(FrozenModel):
     time_s: float | None = None
     gap_m: float | None = None
     failure: PlanFailure | None = None
-    """Why there is no path, for `RejectCode.NO_PATH`."""
+    """Reason for which there is no path, for `RejectCode.NO_PATH`."""
     needed_m: float | None = None
-    """The sight needed (m), for `RejectCode.ONCOMING_SIGHT`. `time_s` is then the time in which traffic may come."""
+    """Required sight distance (m), for `RejectCode.ONCOMING_SIGHT`. `time_s` is the time for traffic to arrive."""
     seen_m: float | None = None
-    """The sight available (m), for the same code."""
+    """Available sight distance (m), for the same code."""
 
 
 class SightDistanceProof(FrozenModel):
-    """Why a pass may begin: the sight needed and available in the oncoming lane (m), and the unchecked time (s)."""
+    """Proof of a pass: required and available sight distance in the oncoming lane (m), and the unchecked time (s)."""
 
     needed_m: float
     seen_m: float
@@ -32,13 +32,13 @@ class SightDistanceProof(FrozenModel):
 
 
 class Verdict(FrozenModel):
-    """The guard's verdict. A plan is accepted if there are no reasons against it.
+    """Verdict of the guard. A plan is accepted if it has no reject reasons.
 
     Attributes:
-        rejects: The reasons against the plan.
-        abort: What to do instead; set only while a plan runs.
-        brake_mps2: How hard to brake (m/s²), if the abort is to brake.
-        sight: The proof of an accepted pass through the oncoming lane.
+        rejects: Reject reasons.
+        abort: Abort action; set only while a plan runs.
+        brake_mps2: Deceleration (m/s²), if the abort is to brake.
+        sight: Proof of an accepted pass through the oncoming lane.
     """
 
     rejects: tuple[RejectReason, ...] = ()
@@ -48,17 +48,17 @@ class Verdict(FrozenModel):
 
     @property
     def accepted(self) -> bool:
-        """True if no check refuses the plan."""
+        """True if no check rejects the plan."""
         return not self.rejects
 
     @property
     def codes(self) -> tuple[RejectCode, ...]:
-        """The codes of the reasons, each once."""
+        """Codes of the reject reasons, each once."""
         return tuple(dict.fromkeys(r.code for r in self.rejects))
 
     @property
     def failures(self) -> tuple[PlanFailure, ...]:
-        """The reasons why there is no path, each once."""
+        """Reasons for which there is no path, each once."""
         return tuple(dict.fromkeys(r.failure for r in self.rejects if r.failure is not None))
 
     @property
@@ -74,7 +74,7 @@ class Verdict(FrozenModel):
 
 
 def no_path(error: NoPathError) -> Verdict:
-    """Return the verdict that refuses behaviours for which there is no path."""
+    """Return the verdict that rejects behaviors without a path."""
     return Verdict(rejects=(RejectReason(code=RejectCode.NO_PATH, detail=str(error), failure=error.failure),))
 
 

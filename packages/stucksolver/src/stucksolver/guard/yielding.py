@@ -1,7 +1,7 @@
 """Decides when to yield to predicted traffic: while a stop still keeps the ego's body out of its path.
 
-A fast ego is through another's path in a second or two, so it may decide late. A slow ego lies across that path for
-many seconds. For it, the last safe stop is due long before the contact, where the other's path begins.
+A fast ego is through a conflict path in a second or two, so it may decide late. A slow ego blocks that path for many
+seconds. For it, the last safe stop is due long before the contact, where the conflict path begins.
 """
 
 from __future__ import annotations
@@ -22,10 +22,14 @@ from stucksolver.scene.road import ZoneKind
 
 @dataclass(frozen=True)
 class Stop:
-    """A stop that begins now.
+    """Stop that begins now.
 
-    How hard (m/s²), after which delay at most (s), over which distance (m), and the least gap to a path at its end (m).
-    `soonest_m`: the distance if the brakes act at once.
+    Attributes:
+        braking_mps2: Deceleration (m/s²).
+        lag_s: Longest delay until the brakes act (s).
+        way_m: Stopping distance (m).
+        least_m: Least gap to a path at the end of the stop (m).
+        soonest_m: Stopping distance if the brakes act at once (m).
     """
 
     braking_mps2: float
@@ -36,19 +40,20 @@ class Stop:
 
 
 def yields_now(case: CheckContext, rejects: list[RejectReason], giving_way: bool) -> float | None:
-    """Return how hard the ego must brake now (m/s²) so that it does not come to lie in a predicted path, or None; 0 if
-    it must not brake yet.
+    """Return the deceleration that keeps the ego out of all predicted paths (m/s²), if it must brake now.
 
-    It would meet a road user, and brakes as late as possible, since traffic may turn off before: when no later stop
-    before that road user's path ends at a place that is free of all predicted paths. Such a place may be in a junction
-    or on a crossing, but reaches no further into an oncoming lane than a stopped ego may. None also if the ego is in a
-    path already: a stop there helps nobody, and `ways_out.least_harm` decides.
+    None if the ego meets no road user; 0 if it must not brake yet.
+
+    The ego brakes as late as possible, since traffic may turn off before. It must brake now if no later stop, before
+    the path of the road user that it meets, ends at a position free of all predicted paths. Such a position may be in a
+    junction or on a crossing, but reaches no further into an oncoming lane than a stopped ego may. None also if the ego
+    is in a path already: a stop there helps no road user, and `collision_mitigation.least_harmful_option` decides.
 
     Args:
-        case: The rest of the running plan.
-        rejects: The predicted contacts.
-        giving_way: The ego is already braking, or has stopped, for others. It then continues only to a place that is
-            further ahead than `StoppingPolicy.yields_ahead_m`.
+        case: Rest of the running plan.
+        rejects: Predicted contacts.
+        giving_way: True if the ego is already braking, or has stopped, for others. It then continues only to a position
+            that is further ahead than `StoppingPolicy.yields_ahead_m`.
     """
     stopping, entry, ego = case.policy.stopping, case.policy.entry, case.view.ego
     gained_mps = ego.limits.comfort_acceleration_mps2 * entry.next_look_s
@@ -62,24 +67,24 @@ def yields_now(case: CheckContext, rejects: list[RejectReason], giving_way: bool
 def stop_out_of_paths(
     case: CheckContext, rejects: list[RejectReason], giving_way: bool = False, later_m: float = math.inf
 ) -> float | None:
-    """Return how hard to brake for a stop that begins now and ends out of all predicted paths (m/s²).
+    """Return the deceleration for a stop that begins now and ends out of all predicted paths (m/s²).
 
-    None if there is no such stop, if the ego would meet no road user that moves, or if a later stop does as well; 0 if
-    it must drive on to a place between two paths.
+    None if there is no such stop, if the ego meets no moving road user, or if a later stop does as well; 0 if it must
+    drive on to a position between two paths.
 
     Args:
-        case: The rest of the running plan.
-        rejects: The predicted contacts.
-        giving_way: The ego is already braking, or has stopped, for others.
-        later_m: A later stop ends at this distance or further (m).
+        case: Rest of the running plan.
+        rejects: Predicted contacts.
+        giving_way: True if the ego is already braking, or has stopped, for others.
+        later_m: Least distance at which a later stop ends (m).
     """
     view, clearance = case.view, case.policy.clearance
     times_s = {reject.object_id: reject.time_s for reject in rejects if reject.time_s is not None}
-    crosses = view.moving & ~_drives_our_way(case)
-    met = crosses & np.array([o.id in times_s for o in view.objects], dtype=bool)
-    if not met.any():
+    crosses = view.moving & ~_in_ego_direction(case)
+    conflicts = crosses & np.array([o.id in times_s for o in view.objects], dtype=bool)
+    if not conflicts.any():
         return None
-    until_s = _passed_s(case, max(times_s[view.objects[i].id] for i in np.flatnonzero(met)))
+    until_s = _passed_s(case, max(times_s[view.objects[i].id] for i in np.flatnonzero(conflicts)))
     which = relevant(case, until_s)
     which = which[crosses[which]]
     here, stops = float(case.path.s[0]), stops_from_now(case, giving_way)
@@ -88,74 +93,75 @@ def stop_out_of_paths(
     ends = [here + way_m for stop in stops for way_m in (stop.way_m, stop.soonest_m)]
     places = np.concatenate([ahead, ends])
     gap = _gaps_to_paths(case, places, which, until_s)
-    kept = np.where(view.vulnerable[which], clearance.vulnerable_gap_m, clearance.moving_gap_m)
-    # By how much the body is nearer to a path than it should be (m), unless it is beside it and was that near already.
-    lacks = np.where((gap < gap[0] - clearance.nearer_m) | (gap < 0.0), kept - gap, -math.inf)
-    meets = np.flatnonzero((lacks[: len(ahead), met[which]] > 0.0).any(axis=1))
+    required = np.where(view.vulnerable[which], clearance.vulnerable_gap_m, clearance.moving_gap_m)
+    # Missing gap to each path (m), unless the body was beside that path at the same distance already.
+    lacks = np.where((gap < gap[0] - clearance.nearer_m) | (gap < 0.0), required - gap, -math.inf)
+    meets = np.flatnonzero((lacks[: len(ahead), conflicts[which]] > 0.0).any(axis=1))
     if not len(meets):
         return None
     off_rails, lack = _off_rails(case, places), lacks.max(axis=1, initial=-math.inf)
     beside = off_rails & _beside_oncoming_lanes(case, places)
     fits = beside[: len(ahead)] & (ahead < ahead[meets[0]]) & (ahead >= here + later_m)
     later = lack[: len(ahead)][fits & ~_enters_junction(case, ahead, here + stops[0].way_m)]
-    # The brakes may act at any time up to the stated one, and the rear may then still be in a path.
+    # The brakes may act at any time up to the stated lag, and the rear may then still be in a path.
     at_stop = lack[len(ahead) :].reshape(-1, 2).max(axis=1)
     left_m: Array = np.where(np.isinf(lacks), math.inf, gap)[len(ahead) :].min(axis=1).reshape(-1, 2).min(axis=1)
     ends_beside = beside[len(ahead) :].reshape(-1, 2)
     tightest_m = clearance.moving_gap_m - case.policy.harm.touch_m
-    # Where no later place has all the room, one that is no tighter than the present stop and is not touched will do.
+    # If no later position has the full gap, one without contact that is no tighter than the present stop suffices.
     if later.min(initial=math.inf) <= max(0.0, min(float(at_stop[0]), tightest_m)):
         return None
     for k, stop in enumerate(stops):
-        # The way to the stop keeps no more room than its end.
+        # The gap on the way to the stop is no larger than at its end.
         free = left_m[k] >= stop.least_m and bool(ends_beside[k].all())
         if free and stop_is_clear(case, giving_way, stop.braking_mps2, stop.least_m, stop.lag_s):
             return stop.braking_mps2
-    # Where nothing lasts, whoever is met first is let by first, and for as short as that once no later stop will do.
-    meets_s = min(times_s[view.objects[i].id] for i in np.flatnonzero(met))
+    # Without a lasting stop, the first contact is avoided first. When no later stop helps, a short one suffices.
+    meets_s = min(times_s[view.objects[i].id] for i in np.flatnonzero(conflicts))
     lasts_s, short_s = (
         min(meets_s + more_s, until_s) for more_s in (case.policy.stopping.stands_s, case.policy.rss.reaction_s)
     )
-    on = ahead[(ahead >= here + later_m) & beside[: len(ahead)]]
+    reachable = ahead[(ahead >= here + later_m) & beside[: len(ahead)]]
     in_lane = [stop for stop, ends in zip(stops, ends_beside, strict=True) if ends.all()]
     tries = [(until_s, in_lane), (lasts_s, in_lane)]
     if ahead[meets[0]] <= here + min(later_m, 2 * stops[0].way_m) + every_m:
-        # To stand in an oncoming lane is the last thing to do.
+        # A stop in an oncoming lane is the last resort.
         tries += [(short_s, in_lane), (short_s, stops[-1:] if off_rails[-2:].all() else [])]
-    found = (_between_paths(case, on, which, span_s, some) for span_s, some in tries)
-    return next((braking for braking in found if braking is not None), None)
+    brakings = (_between_paths(case, reachable, which, span_s, some) for span_s, some in tries)
+    return next((braking for braking in brakings if braking is not None), None)
 
 
 def _between_paths(case: CheckContext, places: Array, which: Array, until_s: float, stops: list[Stop]) -> float | None:
-    """Return how hard to brake for a stop in the path of somebody who is not there then (m/s²).
+    """Return the deceleration for a stop in a path that is free of traffic during the stop (m/s²).
 
-    No place is free of all paths. Some are while the ego stands there: between two vehicles that cross one after the
-    other. 0 if the ego can still drive on to such a place; None if neither that nor a stop now avoids a contact.
+    No position is free of all paths. Some are free while the ego is stopped there: between two vehicles that cross one
+    after the other. 0 if the ego can still drive on to such a position; None if neither that nor a stop now avoids a
+    contact.
 
     Args:
-        case: The rest of the running plan.
-        places: Arc lengths that the ego may drive on to (m).
-        which: The road users that cross.
-        until_s: How long it stands there (s from now).
-        stops: The stops that can begin now.
+        case: Rest of the running plan.
+        places: Arc lengths to which the ego may drive on (m).
+        which: Indices of the crossing road users.
+        until_s: Duration of the stop (s from now).
+        stops: Stops that can begin now.
     """
     step_s, here = case.policy.prediction.step_s, float(case.path.s[0])
     t = np.arange(0.0, until_s + step_s, step_s)
-    on = profiles(case, t)
-    waits = np.minimum(on, places[:, None, None]) if len(places) else np.zeros((0, *on.shape))
+    reachable = profiles(case, t)
+    waits = np.minimum(reachable, places[:, None, None]) if len(places) else np.zeros((0, *reachable.shape))
     if _untouched(case, waits, which, t, case.policy.harm.touch_m).any():
         return 0.0
     for stop in stops:
         ends = here + np.array([stop.soonest_m, stop.way_m])
-        if _untouched(case, np.minimum(on[-1:], ends[:, None, None]), which, t, stop.least_m).all():
+        if _untouched(case, np.minimum(reachable[-1:], ends[:, None, None]), which, t, stop.least_m).all():
             return stop.braking_mps2
     return None
 
 
 def _untouched(case: CheckContext, stations: Array, which: Array, t: Array, least_m: float) -> Mask:
-    """(places,): True if nobody comes nearer than `least_m` to the ego.
+    """(places,): True if no road user comes nearer than `least_m` to the ego.
 
-    It is at `stations` (places, profiles, instants) (m) at the instants `t` (s).
+    The ego is at `stations` (places, profiles, instants) (m) at the instants `t` (s).
     """
     gap = moving_gaps(case, stations.reshape(-1, len(t)), which, t)
     hit = (gap < least_m) & (gap < gap[:, :1] - case.policy.clearance.nearer_m)
@@ -166,7 +172,7 @@ def _untouched(case: CheckContext, stations: Array, which: Array, t: Array, leas
 def stops_from_now(case: CheckContext, giving_way: bool) -> list[Stop]:
     """Return the stops that can begin now: gentle and hard, the best first.
 
-    If the ego already gives way, its brakes may act already or not yet: the longer way counts first.
+    If the ego already yields, its brakes may act already or not yet: the longer distance counts first.
     """
     limits, speed = case.view.ego.limits, max(case.view.ego.speed_mps, 0.0)
     levels = ((limits.comfort_braking_mps2, case.policy.harm.touch_m), (limits.max_braking_mps2, 0.0))
@@ -178,10 +184,11 @@ def stops_from_now(case: CheckContext, giving_way: bool) -> list[Stop]:
     ]
 
 
-def _drives_our_way(case: CheckContext) -> Mask:
+def _in_ego_direction(case: CheckContext) -> Mask:
     """(objects,): True for vehicles that drive along a lane in the ego's direction.
 
-    They fall back behind the ego, or it behind them: `traffic` and `abreast` judge them, not the paths that they cover.
+    They fall back behind the ego, or the ego behind them. `lane_entry` and `adjacent_traffic` check them, not their
+    predicted paths.
     """
     view, policy = case.view, case.policy.prediction
     steady = (view.vs > policy.along_mps) & (np.abs(view.vd) < policy.steady_mps)
@@ -216,7 +223,7 @@ def _off_rails(case: CheckContext, stations: Array) -> Mask:
 
 
 def waits_outside(case: CheckContext) -> bool:
-    """True if the ego stands, and its nose is no further inside a junction than the nearest lane."""
+    """True if the ego has stopped, and its front is no further inside a junction than the nearest lane."""
     ego, policy = case.view.ego, case.policy.stopping
     nose, rear = float(case.path.s[0]) + ego.length_m / 2, float(case.path.s[0]) - ego.length_m / 2
     inside = (
@@ -229,8 +236,8 @@ def waits_outside(case: CheckContext) -> bool:
 def _enters_junction(case: CheckContext, stations: Array, stop_m: float) -> Mask:
     """(stations,): True where the body is further inside a junction than if it stops at `stop_m` (m).
 
-    Traffic that is not in sight yet may come along any lane there. It makes no difference for a nose that is beyond the
-    nearest lane by then.
+    Traffic that is not visible yet may come along any lane there. It makes no difference for a front that is already
+    beyond the nearest lane at the stop.
     """
     half, nose_m = case.view.ego.length_m / 2, case.policy.stopping.nose_in_junction_m
     result: Mask = np.zeros(len(stations), dtype=bool)
@@ -241,7 +248,7 @@ def _enters_junction(case: CheckContext, stations: Array, stop_m: float) -> Mask
 
 
 def _gaps_to_paths(case: CheckContext, stations: Array, which: Array, until_s: float) -> Array:
-    """(stations, objects): smallest gap between the ego's body at rest there and an object's predicted path (m)."""
+    """(stations, objects): smallest gap between the ego's stopped body there and an object's predicted path (m)."""
     step_s = case.policy.prediction.step_s
     t = np.arange(0.0, until_s + step_s, step_s)
     rests = np.repeat(stations[:, None], len(t), axis=1)

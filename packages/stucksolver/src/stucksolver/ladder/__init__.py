@@ -1,4 +1,4 @@
-"""The escalation policy as data."""
+"""Escalation policy as data."""
 
 from stucksolver.ladder.ladder import Approval, Ladder
 from stucksolver.ladder.ladder_file import (

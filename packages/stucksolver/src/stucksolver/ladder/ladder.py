@@ -1,4 +1,4 @@
-"""The escalation policy as data: the rungs, how long each is tried, and who must approve what."""
+"""Escalation policy as data: the rungs, the effort on each, and the required approvals."""
 
 from __future__ import annotations
 
@@ -15,27 +15,28 @@ from stucksolver.scene.base_model import FrozenModel
 
 
 class HandBack(FrozenModel):
-    """When an intervention is over."""
+    """End of an intervention."""
 
     progress_m: float = Field(default=15.0, gt=0)
-    """New progress since the onset that proves the vehicle has recovered (m). Only then are the counters reset."""
+    """New progress since the onset that verifies the recovery (m). Only then are the counters reset."""
 
 
 class QuestionTimeouts(FrozenModel):
-    """Factors on the longest waits for other vehicles, depending on what a passenger says about time."""
+    """Factors on the longest waits for other vehicles, after a passenger's claim about time."""
 
     hurry: float = Field(default=0.5, ge=0.25, le=1.0)
-    """After "I am late"."""
+    """Factor after "I am late". Ours."""
     no_hurry: float = Field(default=2.0, ge=1.0, le=4.0)
-    """After "no hurry"."""
+    """Factor after "no hurry". Ours."""
 
 
 class GuidancePolicy(FrozenModel):
-    """How a passenger's words are handled."""
+    """Handling of a passenger's guidance."""
 
     expire_s: float = Field(default=30.0, gt=0)
+    """Time after which guidance expires (s). Ours."""
     claims_s: float = Field(default=60.0, gt=0, le=600)
-    """How long claims about the world are believed, if they are believed at all (s)."""
+    """Time for which accepted claims about the world count (s). Ours."""
     patience: QuestionTimeouts = QuestionTimeouts()
 
 
@@ -43,37 +44,37 @@ class QuestionSettings(FrozenModel):
     """Settings common to all questions."""
 
     recheck_s: float = Field(default=1.0, ge=0.1)
-    """Time until the scene is checked again after an answer without a plan, unless a wait says otherwise (s)."""
+    """Time until the scene is checked again after an answer without a plan and without a wait of its own (s). Ours."""
     approval_within_s: float = Field(default=30.0, gt=0)
-    """A request for a person's approval is withdrawn after this time (s)."""
+    """Time after which a request for a person's approval is withdrawn (s). Ours."""
     hold_s: float = Field(default=8.0, ge=0)
-    """A plan that only traffic prevents is checked again on every tick for this long, since a gap may open (s)."""
+    """Time for which a plan that only traffic prevents is checked on every tick, since a gap may open (s). Ours."""
     remembered: int = Field(default=5, ge=0, le=50)
-    """Number of failed plans that the reasoner is told about."""
+    """Maximum number of failed plans in the scene of a reasoner. Ours."""
 
 
 class Approval(FrozenModel):
-    """Who must approve what: `autonomous` (nobody), `passenger` or `operator`; for solid lines also `forbid`."""
+    """Required approvals: `autonomous` (no person), `passenger` or `operator`; for solid lines also `forbid`."""
 
     solid_line: Literal["forbid", "autonomous", "passenger", "operator"] = "passenger"
     authority: ApprovalLevel = ApprovalLevel.OPERATOR
-    """Passing a school bus, level crossing or flagger."""
+    """Approval for passing a school bus, level crossing or flagger."""
     emergency_scene: ApprovalLevel = ApprovalLevel.OPERATOR
-    """Passing a stopped emergency vehicle, unless the ego moves over by a whole lane, which needs no approval."""
+    """Approval for passing a stopped emergency vehicle. None is required if the ego moves over by a whole lane."""
     behaviors: dict[str, ApprovalLevel] = Field(default_factory=dict)
-    """By the behaviour's name; behaviours that are not listed keep their default."""
+    """Approvals by the name of a behavior; behaviors that are not listed keep their default."""
 
     @field_validator("behaviors")
     @classmethod
     def _known(cls, behaviors: dict[str, ApprovalLevel]) -> dict[str, ApprovalLevel]:
         for name in behaviors:
             if name not in REGISTRY:
-                raise ValueError(f"unknown behaviour {name!r}; choose from: {', '.join(REGISTRY)}")
+                raise ValueError(f"unknown behavior {name!r}; choose from: {', '.join(REGISTRY)}")
         return behaviors
 
 
 class Ladder(FrozenModel):
-    """Rungs from the lowest to the highest. The solver climbs in one direction until the hand-back is verified."""
+    """Rungs from the lowest to the highest. The solver only escalates until the hand-back is verified."""
 
     version: Literal[1]
     name: str
@@ -97,7 +98,7 @@ class Ladder(FrozenModel):
         return rungs
 
     def students(self) -> tuple[str, ...]:
-        """Return the names of the students that the rungs ask, as `distilled` or `distilled:FOLDER`."""
+        """Return the names of the students on the rungs, as `distilled` or `distilled:FOLDER`."""
         rungs = [rung for rung in self.rungs if isinstance(rung, DistilledRung)]
         return tuple(dict.fromkeys(rung.move().reasoner for rung in rungs))
 

@@ -25,30 +25,30 @@ PROFILES = ("default", "evaluation")
 
 
 class LadderError(ValueError):
-    """A ladder cannot be used. The message names the file, the line and the remedy."""
+    """Error in a ladder. The message has the file, the line and the remedy."""
 
 
-def find_ladder(what: Ladder | Path | str | None) -> Ladder:
+def find_ladder(source: Ladder | Path | str | None) -> Ladder:
     """Return a ladder.
 
     Args:
-        what: A ladder, the name of a profile that ships with the package, or a file. None is the default profile.
+        source: Ladder, name of a profile that ships with the package, or file. None is the default profile.
 
     Raises:
-        LadderError: There is no such profile or file, or the file has an error.
+        LadderError: The profile or file does not exist, or the file has an error.
     """
-    if isinstance(what, Ladder):
-        return what
-    if what is None or what in PROFILES:
-        return profile(str(what or PROFILES[0]))
-    return load_ladder(Path(what))
+    if isinstance(source, Ladder):
+        return source
+    if source is None or source in PROFILES:
+        return profile(str(source or PROFILES[0]))
+    return load_ladder(Path(source))
 
 
 def profile(name: str) -> Ladder:
     """Return one of `PROFILES`.
 
     Raises:
-        LadderError: There is no profile of this name.
+        LadderError: The profile does not exist.
     """
     return parse_ladder(profile_text(name), f"{name}.toml")
 
@@ -57,7 +57,7 @@ def profile_text(name: str) -> str:
     """Return the text of one of `PROFILES`, as a starting point for another ladder.
 
     Raises:
-        LadderError: There is no profile of this name.
+        LadderError: The profile does not exist.
     """
     if name not in PROFILES:
         raise LadderError(f"unknown ladder {name!r}: use {', '.join(PROFILES)}, or a file")
@@ -81,7 +81,7 @@ def load_ladder(path: Path) -> Ladder:
 
 
 def parse_ladder(text: str, file: str) -> Ladder:
-    """Parse a ladder from the text of a file. `file` is the name used in error messages.
+    """Parse a ladder from the text of a file. `file` is its name for error messages.
 
     Raises:
         LadderError: The text has an error.
@@ -89,23 +89,23 @@ def parse_ladder(text: str, file: str) -> Ladder:
     try:
         data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        found = re.search(r"\(at line (\d+), column (\d+)\)", str(error))
-        line = int(found.group(1)) if found else text.count("\n") + 1
-        said = re.sub(r"\s*\(at .*\)", "", str(error))
-        raise LadderError(f"{file}, line {line}: invalid TOML: {said}; fix that line") from error
+        position = re.search(r"\(at line (\d+), column (\d+)\)", str(error))
+        line = int(position.group(1)) if position else text.count("\n") + 1
+        problem = re.sub(r"\s*\(at .*\)", "", str(error))
+        raise LadderError(f"{file}, line {line}: invalid TOML: {problem}; fix that line") from error
     try:
         return Ladder.model_validate(data)
     except ValidationError as error:
         first = error.errors()[0]
-        where = [part for part in first["loc"] if part not in KINDS]
-        line = line_of(text, where)
-        raise LadderError(f"{file}, line {line}: {_name(where)}: {_told(first, where)}") from error
+        location = [part for part in first["loc"] if part not in KINDS]
+        line = line_of(text, location)
+        raise LadderError(f"{file}, line {line}: {_name(location)}: {_problem(first, location)}") from error
 
 
-def _name(where: Iterable[int | str]) -> str:
-    """Return the name of a value, counting from 1 as a reader of the file does: `rung 3, deadline_s`."""
+def _name(location: Iterable[int | str]) -> str:
+    """Return the name of a value with indices from 1, as a reader of the file counts: `rung 3, deadline_s`."""
     parts: list[str] = []
-    for part in where:
+    for part in location:
         if isinstance(part, int) and parts:
             parts[-1] += f" {part + 1}"
         elif part != "[key]":
@@ -113,13 +113,13 @@ def _name(where: Iterable[int | str]) -> str:
     return ", ".join(parts) or "the ladder"
 
 
-def _told(error: Any, where: list[int | str]) -> str:
-    """Return what is wrong, with the remedy."""
+def _problem(error: Any, location: list[int | str]) -> str:
+    """Return the problem with its remedy."""
     message = str(error["msg"]).removeprefix("Value error, ")
     if error["type"] == "extra_forbidden":
-        known = _known_keys(where)
-        near = difflib.get_close_matches(str(where[-1]), known, n=1)
-        remedy = f"did you mean {near[0]}?" if near else f"remove it; known here: {', '.join(known)}"
+        keys = _known_keys(location)
+        near = difflib.get_close_matches(str(location[-1]), keys, n=1)
+        remedy = f"did you mean {near[0]}?" if near else f"remove it; known here: {', '.join(keys)}"
         return f"unknown key; {remedy}"
     if error["type"] == "missing":
         return "this key is missing; add it"
@@ -130,12 +130,12 @@ def _told(error: Any, where: list[int | str]) -> str:
     )
 
 
-def _known_keys(where: list[int | str]) -> list[str]:
-    """Return the keys that are allowed in the place of an unknown one."""
-    if where[0] == "rung":
+def _known_keys(location: list[int | str]) -> list[str]:
+    """Return the keys that are allowed at the position of an unknown key."""
+    if location[0] == "rung":
         return sorted({key for kind in KINDS.values() for key in kind.model_fields})
     model: type[BaseModel] = Ladder
-    for part in where[:-1]:
+    for part in location[:-1]:
         field = model.model_fields.get(str(part))
         inner = field.annotation if field else None
         if not (isinstance(inner, type) and issubclass(inner, BaseModel)):

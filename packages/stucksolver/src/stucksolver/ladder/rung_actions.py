@@ -1,4 +1,4 @@
-"""What a rung may ask of the solver: a closed list, so that a new kind of rung needs no change in the solver."""
+"""Actions that a rung may request from the solver: a closed list, so that a new kind of rung needs no solver change."""
 
 from __future__ import annotations
 
@@ -10,24 +10,24 @@ Person = Literal["passenger", "operator"]
 
 
 class Resume(str, Enum):
-    """What ends the stop of the last rung."""
+    """Event that ends the stop on the last rung."""
 
     OPERATOR = "operator"
     """Only the operator's approval."""
     CLEAR = "clear"
-    """The operator's approval, a passenger's words that lead to an accepted plan, a free path, or the stop's limit."""
+    """The operator's approval, guidance that leads to an accepted plan, a free path, or the limit of the stop."""
     PLAN = "plan"
     """Any of these, or a plan of the first reasoner that the guard accepts."""
 
 
 @dataclass(frozen=True)
 class CheckForWait:
-    """Check by the rules whether waiting is right, now and before every question on the higher rungs."""
+    """Check with the rules for a legitimate wait, now and before every query on the higher rungs."""
 
 
 @dataclass(frozen=True)
 class AskReasoner:
-    """Ask a reasoner, try its plans, and go to the next rung when the tries are used up."""
+    """Query a reasoner, try its plans, and escalate when the tries are used up."""
 
     reasoner: str
     deadline_s: float
@@ -38,7 +38,7 @@ class AskReasoner:
 
 @dataclass(frozen=True)
 class AskPerson:
-    """Ask a person a question, wait a limited time for the answer, and keep checking the scene meanwhile."""
+    """Ask a person a question, wait a limited time for the reply, and keep checking the scene meanwhile."""
 
     to: Person
     within_s: float
@@ -47,10 +47,10 @@ class AskPerson:
 
 @dataclass(frozen=True)
 class CallAssistance:
-    """Stop in the minimal risk condition and call for help."""
+    """Stop in the minimal risk condition and call for assistance."""
 
     pull_over: bool
-    """Pull over first, if the guard accepts a plan for that."""
+    """True to pull over first, if the guard accepts a plan for that."""
     look_every_s: float
     resume: Resume
 

@@ -1,4 +1,4 @@
-"""The rungs of a ladder: their parameters with bounds, and what each asks of the solver.
+"""Rungs of a ladder: their parameters with bounds, and the action that each requests from the solver.
 
 A new kind of rung is one class here and its name in `AnyRung` and `KINDS`.
 """
@@ -18,19 +18,19 @@ class Rung(FrozenModel, ABC):
     """One rung of a ladder: a table in its file."""
 
     summary: ClassVar[str]
-    """One sentence that says what it does. Shown by `stucksolver ladder`."""
+    """One sentence about the rung, shown by `stucksolver ladder`."""
 
     kind: str
 
     @abstractmethod
     def move(self) -> Move:
-        """Return what the solver must do on this rung."""
+        """Return the solver's action on this rung."""
 
 
 class WaitRung(Rung):
-    """Waits if a light, a queue or people hold the vehicle up. The table `waits` says how long that is right."""
+    """Rung that waits for a light, a queue or people. The table `waits` has the limits of a legitimate wait."""
 
-    summary: ClassVar[str] = "wait while a light, a queue, people or a duty to yield make waiting right"
+    summary: ClassVar[str] = "wait for a light, a queue, people or a duty to yield while that is legitimate"
 
     kind: Literal["wait"] = "wait"
 
@@ -39,32 +39,32 @@ class WaitRung(Rung):
 
 
 class RulesRung(Rung):
-    """The built-in rules, or the reasoner that replaces them."""
+    """Rung of the built-in rules, or of the reasoner that replaces them."""
 
-    summary: ClassVar[str] = "ask the rules for a plan, which the guard checks"
+    summary: ClassVar[str] = "query the rules for a plan, which the guard checks"
 
     kind: Literal["rules"] = "rules"
     deadline_s: float = Field(default=5.0, gt=0, le=600)
-    """A later answer is dropped (s)."""
+    """Deadline of an answer (s); a later answer is dropped. Ours."""
     tries: int = Field(default=5, ge=1, le=1000)
-    """Number of plans or answers without success before the next rung."""
+    """Number of plans or answers without success before the next rung. Ours."""
     cooldown_s: float = Field(default=2.0, ge=0.1, le=600)
-    """Time between two tries (s)."""
+    """Time between two tries (s). Ours."""
     repair_rounds: int = Field(default=1, ge=0, le=5)
-    """How often a reasoner whose plan was refused is told why and asked again at once."""
+    """Number of times that a reasoner gets the reject reasons of its plan and is queried again at once. Ours."""
 
     def move(self) -> AskReasoner:
         return AskReasoner("rules", self.deadline_s, self.tries, self.cooldown_s, self.repair_rounds)
 
 
 class DistilledRung(Rung):
-    """The small network that comes with the package, or one of the user's own. The solver loads it by itself."""
+    """Rung of the student: the network of the package, or the user's own. The solver loads it by itself."""
 
-    summary: ClassVar[str] = "ask the student, a small network on the CPU, for a plan, which the guard checks"
+    summary: ClassVar[str] = "query the student, a small network on the CPU, for a plan, which the guard checks"
 
     kind: Literal["distilled"] = "distilled"
     weights: str = ""
-    """Folder of the weights; empty for those that come with the package."""
+    """Folder of the weights; empty for those of the package."""
     deadline_s: float = Field(default=1.0, gt=0, le=600)
     tries: int = Field(default=3, ge=1, le=1000)
     cooldown_s: float = Field(default=2.0, ge=0.1, le=600)
@@ -76,13 +76,13 @@ class DistilledRung(Rung):
 
 
 class ModelRung(Rung):
-    """A language model, or any reasoner that the stack registers under this name; skipped if there is none."""
+    """Rung of a language model, or of any reasoner that the stack registers under its name; skipped without one."""
 
-    summary: ClassVar[str] = "ask a model for a plan, which the guard checks; skipped where no model is given"
+    summary: ClassVar[str] = "query a model for a plan, which the guard checks; skipped without a model"
 
     kind: Literal["model"] = "model"
     reasoner: str = "model"
-    """Its name among the stack's reasoners."""
+    """Name of the reasoner in the stack."""
     deadline_s: float = Field(default=5.0, gt=0, le=600)
     tries: int = Field(default=3, ge=1, le=1000)
     cooldown_s: float = Field(default=3.0, ge=0.1, le=600)
@@ -93,13 +93,13 @@ class ModelRung(Rung):
 
 
 class PassengerRung(Rung):
-    """Asks the passenger what to do. The answer comes as words (`StuckSolver.guide`)."""
+    """Rung that asks the passenger. The reply comes as guidance (`StuckSolver.guide`)."""
 
-    summary: ClassVar[str] = "ask the passenger what to do, and go on looking meanwhile"
+    summary: ClassVar[str] = "ask the passenger what to do, and keep checking the scene meanwhile"
 
     kind: Literal["passenger"] = "passenger"
     within_s: float = Field(default=30.0, gt=0, le=3600)
-    """Time to wait for an answer before the next rung (s)."""
+    """Time to wait for a reply before the next rung (s). Ours."""
     look_every_s: float = Field(default=5.0, ge=0.5, le=600)
 
     def move(self) -> AskPerson:
@@ -107,13 +107,13 @@ class PassengerRung(Rung):
 
 
 class RemoteRung(Rung):
-    """Switches on the hazard lights, pulls over if a plan for that is accepted, stops, and calls for help."""
+    """Rung that sets the hazard lights, pulls over if the guard accepts that, stops, and calls for assistance."""
 
     summary: ClassVar[str] = "pull over where that is safe, stop with hazard lights, call for remote assistance"
 
     kind: Literal["remote"] = "remote"
     pull_over: bool = True
-    """Pull over to the roadside before stopping, if the guard accepts that."""
+    """True to pull over to the roadside before stopping, if the guard accepts that."""
     look_every_s: float = Field(default=10.0, ge=0.5, le=600)
     resume: Resume = Resume.CLEAR
 

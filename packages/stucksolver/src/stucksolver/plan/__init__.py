@@ -1,4 +1,4 @@
-"""The data that the solver returns."""
+"""Data types that the solver returns."""
 
 from stucksolver.plan.codes import QUESTIONS, CauseCode, Intent, WaitLimits, WaitReason
 from stucksolver.plan.decision import (
@@ -10,10 +10,11 @@ from stucksolver.plan.decision import (
     Participant,
     RecoveryPlan,
 )
-from stucksolver.plan.directive import CONTINUE, Continue, Directive, Execute, PathPoint, Replan, SafeStop
+from stucksolver.plan.directive import CONTINUE, Directive, Execute, PathPoint
 from stucksolver.plan.guidance_limits import apply_guidance_limits, apply_limits_to_decision
 from stucksolver.plan.intent_authorization import intent_authorizes, plan_matches_intent
 from stucksolver.plan.lease import Lease
+from stucksolver.plan.simple_directives import Continue, Replan, SafeStop
 from stucksolver.scene.interpretation import GuidanceIntent
 
 __all__ = [

@@ -1,11 +1,11 @@
-"""The closed lists of codes that a decision may use."""
+"""Closed lists of codes that a decision may use."""
 
 from dataclasses import dataclass
 from enum import Enum
 
 
 class CauseCode(str, Enum):
-    """Why the vehicle is immobilized."""
+    """Cause of an immobilization."""
 
     PARKED_VEHICLE = "parked_vehicle"
     DISABLED_VEHICLE = "disabled_vehicle"
@@ -16,7 +16,7 @@ class CauseCode(str, Enum):
 
 
 class WaitReason(str, Enum):
-    """Why waiting is right."""
+    """Reason for a legitimate wait."""
 
     AT_DESTINATION = "at_destination"
     LIGHT = "light"
@@ -30,7 +30,7 @@ class WaitReason(str, Enum):
 
 @dataclass(frozen=True)
 class WaitLimits:
-    """How long each wait is legitimate (s). The defaults are the design's; a deployment may set its own."""
+    """Durations for which each wait is legitimate (s). The defaults are the design's; a deployment may set its own."""
 
     light_s: float = 180.0
     queue_moved_within_s: float = 60.0
@@ -50,7 +50,7 @@ QUESTIONS = {
 
 
 class Intent(str, Enum):
-    """What a participant is about to do."""
+    """Intent of a road user: its present or next maneuver."""
 
     PARKED = "parked"
     STOPPED = "stopped"

@@ -1,6 +1,6 @@
-"""A reasoner's answer: observation, analysis and decision.
+"""Answer of a reasoner: observation, analysis and decision.
 
-The chain follows Bao and Li 2025 (arXiv:2510.26023).
+The reasoning chain follows Bao and Li 2025 (arXiv:2510.26023).
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from stucksolver.scene.surroundings import ControlKind, LightState
 
 
 class ObservedControl(FrozenModel):
-    """A traffic control as the reasoner sees it."""
+    """Traffic control as the reasoner observes it."""
 
     kind: ControlKind
     state: LightState | None
@@ -29,7 +29,7 @@ class ObservedControl(FrozenModel):
 
 
 class Participant(FrozenModel):
-    """A relevant road user or obstacle, with its lane and its intent."""
+    """Relevant road user or obstacle, with its lane and its intent."""
 
     object_id: str
     kind: ObjectKind
@@ -39,7 +39,7 @@ class Participant(FrozenModel):
 
 
 class Observation(FrozenModel):
-    """Step 1: what the reasoner observes."""
+    """Step 1: observation of the scene."""
 
     controls: tuple[ObservedControl, ...]
     participants: tuple[Participant, ...]
@@ -47,38 +47,38 @@ class Observation(FrozenModel):
 
 
 class AnalysisStep(FrozenModel):
-    """One question of the chain."""
+    """One question of the reasoning chain."""
 
     id: str
     question: str
     answer: bool | None
-    """None if the scene does not say."""
+    """None if the scene does not contain the answer."""
     evidence: str
 
 
 class Analysis(FrozenModel):
-    """Step 2: the questions of the chain, and what follows from them."""
+    """Step 2: the questions of the reasoning chain, and the conclusions."""
 
     steps: tuple[AnalysisStep, ...]
     immobilized: bool
     cause: CauseCode | None = None
     wait: WaitReason | None = None
-    """Why waiting is right, if it is."""
+    """Reason for a legitimate wait, if the ego should wait."""
     guidance_intent: GuidanceIntent | None = None
     reason: str
 
 
 class RecoveryPlan(FrozenModel):
-    """Step 3: behaviours to perform in order, and whether to plan the route again."""
+    """Step 3: behaviors to perform in order, and whether to replan the route."""
 
     behaviors: tuple[AnyBehavior, ...] = Field(min_length=1, max_length=6)
     replan_route: bool = False
     route_start: str | None = None
-    """Id of a candidate waypoint of the scene; None to replan from here."""
+    """Id of a candidate waypoint of the scene; None to replan from the present position."""
 
 
 class Decision(FrozenModel):
-    """A reasoner's decision. `plan` is None if nothing should be done, or nothing safe can be."""
+    """Decision of a reasoner. `plan` is None if no action is needed, or no safe action is possible."""
 
     version: Literal[1] = 1
     observation: Observation

@@ -1,4 +1,4 @@
-"""JSON Schemas of all data that crosses the process boundary, with one version."""
+"""JSON schemas of all data that crosses the process boundary, with one version."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from stucksolver.plan.directive import directive_adapter
 from stucksolver.scene import Scene, Status, Surroundings
 
 VERSION = 1
-"""Increased whenever an older record can no longer be read."""
+"""Version of the schemas. It is increased when an older record can no longer be read."""
 
 ADAPTERS: dict[str, TypeAdapter[Any]] = {
     "status": TypeAdapter(Status),

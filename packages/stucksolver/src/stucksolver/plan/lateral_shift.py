@@ -1,4 +1,4 @@
-"""How to move sideways past an obstacle just ahead: the longest shift that stays clear of it."""
+"""Finds the longest lateral shift that stays clear of an obstacle just ahead."""
 
 from __future__ import annotations
 
@@ -14,34 +14,44 @@ from stucksolver.scene.frenet import Array
 from stucksolver.scene.frenet_scene import FrenetScene
 
 NEARER_M = 0.05
+"""Least decrease of a gap that counts as approaching (m): `ClearancePolicy.nearer_m`."""
 LATER_M = 5.0
+"""Distance ahead from which a shift is a return to the lane, for the reject reason (m). Ours."""
 SHIFT_TIME_S = 3.0
-"""About the duration of a lane change at speed."""
+"""Duration of the gentlest shift (s): about that of a lane change at speed."""
+GENTLE_MPS = 4.0
+"""Least speed for which the length of the gentlest shift is computed (m/s). Ours."""
+LEAST_LENGTH_M, MOST_LENGTH_M = 4.0, 40.0
+"""Least length of a shift, and greatest length that follows from its duration (m). Ours."""
 TURNED_RAD, STANDS_MPS = 0.15, 0.1
-"""A vehicle that stands and points towards its goal by more than this has its nose out: it goes on from its heading."""
+"""Least heading toward the goal (rad) and greatest speed (m/s) of an ego that has nosed out. It continues from its
+present heading. Ours.
+"""
 LENGTHS = 8
-"""Number of lengths tried, from the gentlest to the tightest."""
+"""Number of lengths to try, from the gentlest to the tightest. Ours."""
 CORNER_CLEARANCES_M = (0.8, 0.65, 0.5, 0.4, 0.32)
 VULNERABLE_CORNER_CLEARANCES_M = (1.4, 1.3, 1.2, 1.1, 1.05)
-"""Clearances planned for the body's corners while swinging out (m), from the desired to the smallest sufficient one.
-The second list applies beside pedestrians and cyclists.
+"""Planned clearances of the body's corners during the shift (m), from the desired to the smallest sufficient one.
+
+The second list applies to pedestrians and cyclists. The last values are just above the guard's bounds of 0.3 m and
+1 m (`ClearancePolicy`). The others are ours.
 """
 
 
 def lateral_shift(
     view: FrenetScene, start: BehaviorStart, d_to: float, speed_mps: float, gentle_m: float = 0.0
 ) -> FrenetPath:
-    """Return a lateral move to `d_to`, as long and thus as gentle as the space ahead allows.
+    """Return a lateral shift to `d_to`, as long and thus as gentle as the space ahead allows.
 
     Args:
-        view: The surroundings in road coordinates.
-        start: Where the move begins.
-        d_to: Lateral offset at its end (m, left positive).
+        view: Surroundings in road coordinates.
+        start: Start of the shift.
+        d_to: Lateral offset at the end (m, left positive).
         speed_mps: Upper bound on the speed (m/s).
-        gentle_m: Least length of the gentlest move (m).
+        gentle_m: Least length of the gentlest shift (m).
 
     Raises:
-        CannotPlan: Even at its smallest turning radius the vehicle would touch something stationary ahead.
+        NoPathError: The ego would touch a stationary object ahead even at its smallest turning radius.
     """
     side = d_to - start.d_m
     standing = np.flatnonzero(~view.moving)
@@ -55,24 +65,25 @@ def lateral_shift(
             if _is_clear(view, standing, gap, smaller):
                 return path
     way_there = start.s_m - view.ego_s
+    short = _too_near(view, standing, nearest[-1][1])
     if way_there > LATER_M:
         raise NoPathError(
             PlanFailure.NO_ROOM_TO_COME_BACK,
-            f"no room to return by {abs(side):.1f} m, {way_there:.0f} m ahead: something is in the way",
+            f"no room to return by {abs(side):.1f} m, {way_there:.0f} m ahead: {short}",
         )
     raise NoPathError(
         PlanFailure.NO_SPACE_TO_PULL_AROUND,
-        f"no room to swing out by {abs(side):.1f} m: the obstacle ahead is too near",
+        f"no room to pull out by {abs(side):.1f} m: {short}",
     )
 
 
 def _shifts(
     view: FrenetScene, start: BehaviorStart, d_to: float, speed_mps: float, gentle_m: float
 ) -> Iterator[FrenetPath]:
-    """Yield the moves to `d_to`, the gentlest first: with the nose out from its heading, then straight."""
+    """Yield the shifts to `d_to`, the gentlest first: after nosing out from the present heading, then straight."""
     side = d_to - start.d_m
-    shortest = max(shortest_shift(side, view.ego.limits.min_turn_radius_m), 4.0)
-    gentle = max(min(SHIFT_TIME_S * max(start.speed_mps, 4.0), 40.0), shortest, gentle_m)
+    shortest = max(shortest_shift(side, view.ego.limits.min_turn_radius_m), LEAST_LENGTH_M)
+    gentle = max(min(SHIFT_TIME_S * max(start.speed_mps, GENTLE_MPS), MOST_LENGTH_M), shortest, gentle_m)
     lengths = [float(length) for length in np.linspace(gentle, shortest, LENGTHS)]
     if start.speed_mps < STANDS_MPS and abs(start.yaw_rad) > TURNED_RAD and side * start.yaw_rad > 0.0:
         for length in lengths:
@@ -84,7 +95,7 @@ def _shifts(
 
 
 def nearest_on_approach(view: FrenetScene, path: FrenetPath, which: Array) -> Array:
-    """(len(which),): the smallest gap of the body to objects on the path, where it is smaller than at its start (m).
+    """(len(which),): smallest gap between the body on the path and each object, if smaller than at the start (m).
 
     Infinite for an object that the body does not approach.
     """
@@ -101,6 +112,18 @@ def nearest_on_approach(view: FrenetScene, path: FrenetPath, which: Array) -> Ar
 
 
 def _is_clear(view: FrenetScene, which: Array, nearest_m: Array, step: int) -> bool:
-    """True if these gaps to these objects are at least the clearances of one step of the two lists above."""
-    least = np.where(view.vulnerable[which], VULNERABLE_CORNER_CLEARANCES_M[step], CORNER_CLEARANCES_M[step])
-    return not bool((nearest_m < least).any())
+    """True if the gaps to these objects are at least the clearances of one step of the two lists above."""
+    return not bool((nearest_m < _clearances(view, which, step)).any())
+
+
+def _clearances(view: FrenetScene, which: Array, step: int) -> Array:
+    """(len(which),): clearances from these objects in one step of the two lists above (m)."""
+    return np.where(view.vulnerable[which], VULNERABLE_CORNER_CLEARANCES_M[step], CORNER_CLEARANCES_M[step])
+
+
+def _too_near(view: FrenetScene, which: Array, nearest_m: Array) -> str:
+    """Return the object that lacks the most clearance on the tightest shift, with its gap and the required one."""
+    required_m = _clearances(view, which, len(CORNER_CLEARANCES_M) - 1)
+    k = int(np.argmax(required_m - nearest_m))
+    obj = view.objects[int(which[k])]
+    return f"{obj.kind.value} {obj.id}: gap {max(nearest_m[k], 0.0):.2f} m, required {required_m[k]:.2f} m"

@@ -1,6 +1,6 @@
-"""What a stack does if its order is not renewed: every order is a lease, counted in the stack's ticks.
+"""Fallback of a stack when its directive is not renewed: every directive is a lease, counted in the stack's ticks.
 
-`stucksolver_bridge.lease` is its twin for stacks that cannot import this module; a test compares the two.
+`stucksolver_bridge.lease` is a copy for stacks that cannot import this module; a test compares the two.
 """
 
 from __future__ import annotations
@@ -10,50 +10,53 @@ from stucksolver.plan.directive import CONTINUE, Directive, Execute
 
 STAND = Execute(behavior=Wait(duration_s=1.0))
 STUCK_TICKS = 200
-"""A path that is being finished is given up after a stop this long (10 s at 20 Hz): something blocks it."""
+"""Duration of a stop after which a path that is being finished is aborted (ticks): 10 s at 20 Hz. Ours."""
 
 
 class Lease:
-    """Holds the current order. Call `renew` with what `step` returns, and `tick` once per tick of the control loop."""
+    """Lease of the current directive.
+
+    Call `renew` with what `step` returns, and `tick` once per tick of the control loop.
+    """
 
     def __init__(self) -> None:
         self._order: Directive = CONTINUE
         self._ticks = 0
         self._fallen = False
         self._finishes = False
-        """After expiry: True if the path is to be finished, False if the vehicle is to stop."""
+        """True if the path is to be finished after expiry, False if the vehicle is to stop."""
         self._rests = 0
 
     def renew(self, order: Directive) -> None:
-        """Take the solver's new order; its lease starts now."""
+        """Store the solver's new directive; its lease starts now."""
         self._order, self._ticks = order, 0
         self._fallen, self._rests = False, 0
 
     def expire(self) -> None:
-        """Let the order expire, because nobody will renew it: its fallback is due on the next tick."""
+        """Expire the directive, because it will not be renewed: its fallback is due on the next tick."""
         if isinstance(self._order, Execute):
             self._ticks = max(self._ticks, self._order.expires_ticks)
 
     @property
     def order(self) -> Directive:
-        """The last order, or what replaced it."""
+        """The last directive, or its replacement."""
         return self._order
 
     @property
     def expired(self) -> bool:
-        """True if the solver has been silent for longer than its order was valid."""
+        """True if the directive was not renewed within its lease."""
         return self._fallen
 
     def tick(self, x_m: float, y_m: float, *, path_is_done: bool, at_rest: bool) -> Directive:
-        """Return what to do now: the order; after it expires, the fallback; and then `Continue`.
+        """Return the directive for this tick: the last one; after it expires, its fallback; after that `Continue`.
 
         A safe stop does not expire: the vehicle has stopped where it may, and stays.
 
         Args:
-            x_m: x of the vehicle's centre in the frame of the path (m).
-            y_m: y of the vehicle's centre (m).
-            path_is_done: The vehicle has reached the end of the order's path.
-            at_rest: The vehicle has stopped.
+            x_m: x of the vehicle's center in the frame of the path (m).
+            y_m: y of the vehicle's center (m).
+            path_is_done: True if the vehicle has reached the end of the path.
+            at_rest: True if the vehicle has stopped.
         """
         self._ticks += 1
         order = self._order
@@ -65,5 +68,5 @@ class Lease:
         if (path_is_done or self._rests > STUCK_TICKS) if self._finishes else at_rest:
             self._order = CONTINUE
             return CONTINUE
-        # An order that stands still is its own fallback and keeps its braking.
+        # A directive without motion is its own fallback and keeps its braking.
         return order if self._finishes or not order.path else STAND

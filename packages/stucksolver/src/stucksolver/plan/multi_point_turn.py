@@ -1,6 +1,7 @@
-"""The geometry of a turn in several legs: forward on left lock, back on right lock, until the vehicle faces back.
+"""Geometry of a turn in several legs: forward on left lock, back on right lock, until the vehicle faces back.
 
-The vehicle is modelled as a bicycle whose rear axle does not slip sideways: it drives on circles that the steering
+The vehicle is modeled as a bicycle whose rear axle does not slip sideways. It drives on circles whose radius its
+steering allows.
 """
 
 from __future__ import annotations
@@ -18,32 +19,35 @@ from stucksolver.scene.frenet import Array
 from stucksolver.scene.frenet_scene import MOVING_MPS, FrenetScene
 
 POSE_STEP_M = 0.1
-"""Travel of the rear axle between poses: the gap that counts as contact (`HarmPolicy.touch_m`)."""
+"""Travel of the rear axle between poses (m): the gap that counts as contact (`HarmPolicy.touch_m`)."""
 RADIUS_PART = 1.05
-"""The circle is larger than the vehicle's smallest one by this factor, as a reserve for steering."""
+"""Ratio of the planned radius to the smallest one of the vehicle, as a reserve for steering. Ours."""
 LOCK_M = 1.0
-"""The wheels turn from straight to full lock over this distance, starting at rest."""
+"""Distance over which the wheels turn from straight to full lock (m), starting at rest. Ours."""
 EDGE_M = 0.3
-"""Planned distance from the edges of the road: the gap to stationary objects."""
+"""Planned distance from the edges of the road (m): the guard's gap to stationary objects."""
 THING_M, LIVING_M = 0.6, 1.5
-"""Planned distance from stationary objects, and from people and bicycles: more than the guard requires, for errors."""
+"""Planned distance from stationary objects, and from vulnerable road users (m).
+
+Both exceed the guard's bounds of 0.3 m and 1 m, as a reserve for errors. Ours.
+"""
 POINT_EVERY = 3
-"""Every third pose becomes a point of the line that a stack drives."""
+"""Number of poses for each point of the line that a stack drives. Ours."""
 CRAWL_MPS = 0.05
-"""Almost zero, since stacks reject a line that they would never finish."""
+"""Speed beyond the end of a leg (m/s): almost zero, since stacks reject a line that they would never finish."""
 LEAST_LEG_M = 0.5
-"""A shorter leg does not help."""
+"""Least length of a leg (m): a shorter one does not help. Ours."""
 MOST_LEGS = 5
-"""If more legs are needed, the road is too narrow."""
+"""Greatest number of legs. If more are needed, the road counts as too narrow. Ours."""
 TURNED_RAD = math.radians(165.0)
-"""Once it has turned this far, the vehicle drives off in the other lane and straightens as it goes."""
+"""Heading change after which the turn is done (rad). The ego drives off in the other lane and straightens. Ours."""
 
 
 @dataclass(frozen=True)
 class Leg:
-    """One leg of the turn, from rest to rest.
+    """Leg of the turn, from stop to stop.
 
-    `x_m`, `y_m`, `yaw_rad` (poses,): the body's centre and heading in the local frame, every `POSE_STEP_M` of travel.
+    `x_m`, `y_m`, `yaw_rad` (poses,): the body's center and heading in the local frame, every `POSE_STEP_M` of travel.
     """
 
     reverse: bool
@@ -58,15 +62,15 @@ class Leg:
 
     @property
     def end(self) -> tuple[float, float, float]:
-        """(x, y, heading) at its end (m, m, rad)."""
+        """(x, y, heading) at the end of the leg (m, m, rad)."""
         return float(self.x_m[-1]), float(self.y_m[-1]), float(self.yaw_rad[-1])
 
 
 def leg_driving_line(leg: Leg, wheelbase_m: float, speed_mps: float) -> tuple[Array, Array, Array]:
     """Return x, y (m) and speed (m/s), each (points,), of the line that a stack drives to stop at the leg's end.
 
-    Forward it is the line of the body's centre. In reverse it is the line of the rear axle, which then leads; it
-    continues at a crawl beyond the centre's final position, where the stack brakes.
+    A line forward is that of the body's center. A line in reverse is that of the rear axle, which then leads. It
+    continues at a crawl beyond the final position of the center, where the stack brakes.
     """
     lever_m = wheelbase_m / 2
     travel = POSE_STEP_M * np.arange(len(leg.x_m))
@@ -85,7 +89,7 @@ def leg_driving_line(leg: Leg, wheelbase_m: float, speed_mps: float) -> tuple[Ar
 
 
 def heading_change_rad(view: FrenetScene) -> float:
-    """Return how far the ego has turned left from the direction of the road, in [-pi/2, 3 pi/2) (rad)."""
+    """Return the angle by which the ego has turned left from the road's direction, in [-pi/2, 3 pi/2) (rad)."""
     return (view.ego_yaw + math.pi / 2) % math.tau - math.pi / 2
 
 
@@ -95,7 +99,7 @@ def multi_point_turn(view: FrenetScene) -> tuple[Leg, ...]:
     The turn begins forward if there is room, otherwise by backing up.
 
     Raises:
-        CannotPlan: The road is too narrow.
+        NoPathError: The road is too narrow.
     """
     heading = float(np.interp(view.ego_s, view.frame.s, view.frame.headings))
     pose = (view.ego.x_m, view.ego.y_m, heading + heading_change_rad(view))
@@ -107,49 +111,50 @@ def multi_point_turn(view: FrenetScene) -> tuple[Leg, ...]:
         reverse = not reverse
         if leg.length_m < LEAST_LEG_M:
             if skipped or len(legs) > 0:
-                raise NoPathError(PlanFailure.NO_ROOM_TO_TURN, "the road is too narrow to turn round in")
+                raise NoPathError(
+                    PlanFailure.NO_ROOM_TO_TURN,
+                    f"road too narrow to turn around: leg of {leg.length_m:.1f} m, required {LEAST_LEG_M:g} m",
+                )
             skipped = True
             continue
         legs.append(leg)
         pose = leg.end
         if len(legs) > MOST_LEGS:
             raise NoPathError(
-                PlanFailure.NO_ROOM_TO_TURN, f"it would take more than {MOST_LEGS} legs to turn round here"
+                PlanFailure.NO_ROOM_TO_TURN, f"road too narrow to turn around in at most {MOST_LEGS} legs"
             )
     return tuple(legs)
 
 
 def _leg(view: FrenetScene, pose: tuple[float, float, float], until_rad: float, reverse: bool) -> Leg:
-    """Return a leg that ends where there is no more room, or where the body's heading reaches `until_rad`."""
+    """Return the leg that ends where the space ends, or where the body's heading reaches `until_rad`."""
     x, y, yaw = _poses(view, pose, reverse)
     fits = _on_the_road(view, x, y, yaw) & _clear(view, x, y, yaw) & (yaw <= until_rad + 1e-6)
-    fits[0] = True  # the present pose always fits
+    fits[0] = True  # The present pose always fits.
     count = len(fits) if fits.all() else int(fits.argmin())
     return Leg(reverse, x[:count], y[:count], yaw[:count])
 
 
 def _poses(view: FrenetScene, pose: tuple[float, float, float], reverse: bool) -> tuple[Array, Array, Array]:
-    """Return x, y (m) and heading (rad), each (poses,), for half a circle to the left; the wheels turn over
-    `LOCK_M`.
-    """
+    """Return x, y (m) and heading (rad), each (poses,), for half a circle to the left from straight wheels."""
     lever_m = view.ego.limits.wheelbase_m / 2
     radius_m = RADIUS_PART * view.ego.limits.min_turn_radius_m
     travel = np.arange(0.0, math.pi * radius_m, POSE_STEP_M)
     bend = np.minimum(travel / LOCK_M, 1.0) / radius_m
     yaw: Array = pose[2] + np.concatenate([[0.0], np.cumsum(bend[1:] * POSE_STEP_M)])
-    way = -1.0 if reverse else 1.0
+    sign = -1.0 if reverse else 1.0
     middle = (yaw[1:] + yaw[:-1]) / 2
     rear_x = (
-        pose[0] - lever_m * math.cos(pose[2]) + np.concatenate([[0.0], np.cumsum(way * POSE_STEP_M * np.cos(middle))])
+        pose[0] - lever_m * math.cos(pose[2]) + np.concatenate([[0.0], np.cumsum(sign * POSE_STEP_M * np.cos(middle))])
     )
     rear_y = (
-        pose[1] - lever_m * math.sin(pose[2]) + np.concatenate([[0.0], np.cumsum(way * POSE_STEP_M * np.sin(middle))])
+        pose[1] - lever_m * math.sin(pose[2]) + np.concatenate([[0.0], np.cumsum(sign * POSE_STEP_M * np.sin(middle))])
     )
     return rear_x + lever_m * np.cos(yaw), rear_y + lever_m * np.sin(yaw), yaw
 
 
 def corners(view: FrenetScene, x_m: Array, y_m: Array, yaw_rad: Array) -> tuple[Array, Array]:
-    """Return arc lengths and offsets of the body's corners along the road, each (poses, 4), for poses (poses,)."""
+    """Return arc lengths and offsets of the body's corners along the road (m), each (poses, 4), for poses (poses,)."""
     half_length, half_width = view.ego.length_m / 2, view.ego.width_m / 2
     ahead, left = np.array([1.0, 1.0, -1.0, -1.0]) * half_length, np.array([1.0, -1.0, 1.0, -1.0]) * half_width
     cos, sin = np.cos(yaw_rad)[:, None], np.sin(yaw_rad)[:, None]
@@ -159,7 +164,7 @@ def corners(view: FrenetScene, x_m: Array, y_m: Array, yaw_rad: Array) -> tuple[
 
 
 def room_at_edges_m(view: FrenetScene, x_m: Array, y_m: Array, yaw_rad: Array) -> Array:
-    """(poses,): the smallest distance of a corner from the edges of the driving lanes (m); negative beyond them."""
+    """(poses,): smallest distance of a corner from the edges of the driving lanes (m); negative beyond them."""
     s, d = corners(view, x_m, y_m, yaw_rad)
     low, high = (np.interp(s, view.frame.s, border) for border in view.frame.drivable)
     result: Array = np.minimum(d - low, high - d).min(axis=1)
@@ -168,15 +173,15 @@ def room_at_edges_m(view: FrenetScene, x_m: Array, y_m: Array, yaw_rad: Array) -
 
 def _on_the_road(view: FrenetScene, x: Array, y: Array, yaw: Array) -> Array:
     room = room_at_edges_m(view, x, y, yaw)
-    # A vehicle that is already nearer to an edge may leave it, but must not come nearer.
+    # A vehicle that is already nearer to an edge may move away from it, but must not come nearer.
     result: Array = room > np.minimum(EDGE_M, room[0] - 1e-3)
     return result
 
 
 def gaps_m(view: FrenetScene, which: Array, x_m: Array, y_m: Array, yaw_rad: Array) -> Array:
-    """(poses, objects): gaps from the body at the poses, each (poses,), to where the objects `which` are now (m)."""
-    found = [view.objects[int(i)] for i in which]
-    x, y, yaw = (np.array([getattr(o, name) for o in found]) for name in ("x_m", "y_m", "yaw_rad"))
+    """(poses, objects): gaps from the body at the poses, each (poses,), to the present boxes of the objects (m)."""
+    objects = [view.objects[int(i)] for i in which]
+    x, y, yaw = (np.array([getattr(o, name) for o in objects]) for name in ("x_m", "y_m", "yaw_rad"))
     result: Array = separation(
         (x_m[:, None], y_m[:, None], yaw_rad[:, None]),
         (view.ego.length_m / 2, view.ego.width_m / 2),
@@ -191,6 +196,6 @@ def _clear(view: FrenetScene, x: Array, y: Array, yaw: Array) -> Array:
     if not len(standing):
         return np.ones(len(x), dtype=bool)
     gap = gaps_m(view, standing, x, y, yaw)
-    kept = np.where(view.vulnerable[standing], LIVING_M, THING_M)
-    result: Array = (gap > np.minimum(kept, gap[0] - 1e-3)).all(axis=1)
+    required_m = np.where(view.vulnerable[standing], LIVING_M, THING_M)
+    result: Array = (gap > np.minimum(required_m, gap[0] - 1e-3)).all(axis=1)
     return result

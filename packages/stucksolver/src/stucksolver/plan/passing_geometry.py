@@ -1,4 +1,4 @@
-"""Finds what must be passed, at what lateral offset, and for how long."""
+"""Finds the objects to pass, the lateral offset beside them, and the distance to drive there."""
 
 from __future__ import annotations
 
@@ -15,36 +15,48 @@ from stucksolver.scene.frenet_scene import FrenetScene
 from stucksolver.scene.road import LaneDirection, LaneKind
 
 CLEARANCE_M, NARROW_CLEARANCE_M = 1.2, 0.5
-"""Planned clearance beside stationary objects (enough for a door ajar), and the smallest one on a narrow road (m)."""
+"""Planned clearance to stationary objects, and the smallest one on a narrow road (m): the first suffices for a door
+that is ajar. Ours.
+"""
 VULNERABLE_CLEARANCE_M, NARROW_VULNERABLE_CLEARANCE_M = 1.7, 1.35
-"""The same beside pedestrians and cyclists."""
+"""The same for pedestrians and cyclists (m). Ours."""
 QUICK_MPS = 5.6
-"""Above this speed, just over 20 km/h, more is kept, where there is room (m/s)."""
+"""Speed above which the clearances grow (m/s): just over 20 km/h."""
 QUICK_CLEARANCE_M, QUICK_VULNERABLE_CLEARANCE_M = 1.28, 3.05
-"""Beside stationary objects (the guard asks for 1.25 m beside a door at 8 m/s), and beside cyclists who ride (m)."""
+"""Clearances above `QUICK_MPS` to stationary objects and to moving cyclists (m). The guard requires 1.25 m beside a
+door at 8 m/s, and `SpeedPolicy.people_aside_m` is 3 m.
+"""
 QUICK_SHIFT_M = 25.0
-"""There is room for it if they are so far ahead: a shorter way out turns the body over the far edge of the lane (m)."""
+"""Distance ahead from which cyclists get the larger clearance (m): after a shorter shift, the body would reach over
+the far edge of the lane.
+"""
 DOOR_M = 0.95
-"""With less than this beside a vehicle, or less than planned beside people, the ego passes at walking pace (m)."""
+"""Least clearance to a vehicle for more than walking pace (m); for vulnerable road users it is the planned one."""
 ROOM_TO_RETURN_M = 10.0
-"""A gap shorter than this beyond the passed object is too short to return into, so the next object is passed too. It
-holds the ego's length, 2 m to what is beyond, and the room that the tail needs to swing in.
+"""Least gap beyond the passed object for a return (m); with a shorter gap the next object is passed, too. The gap
+contains the ego's length, 2 m to the next object, and the space in which the tail swings in.
 """
 AHEAD_OF_MOVING_M = 6.0
-"""The ego's rear must be this far ahead of a moving object when the return begins."""
+"""Distance of the ego's rear ahead of a moving object at the start of the return (m). Ours."""
 SPEED_MARGIN_MPS = 0.5
-"""A road user being passed may be faster than seen by this much."""
+"""Assumed error of the speed of a passed road user (m/s): it may be faster by this much. Ours."""
+MOVES_MPS = 0.5
+"""Speed along the road above which an object counts as moving (m/s): `PredictionPolicy.along_mps`."""
+EDGE_M = 0.1
+"""Distance that the ego's body keeps from the far edge of the oncoming lane (m). Ours."""
+MOST_ABREAST_M = 400.0
+"""Greatest distance to drive beside moving objects (m). Ours."""
 
 
 @dataclass(frozen=True)
 class PassPlan:
-    """What to pass and how.
+    """Objects to pass, with the geometry of the pass.
 
     Attributes:
         ids: Ids of the objects.
-        offset_m: Lateral offset of the ego's centre beside them (m, left positive).
-        far_s: Arc length of the far end of the foremost one (m).
-        speed_mps: Speed of the fastest one along the road, at least 0 (m/s).
+        offset_m: Lateral offset of the ego's center beside them (m, left positive).
+        far_s: Arc length of the far end of the foremost object (m).
+        speed_mps: Speed of the fastest object along the road, at least 0 (m/s).
     """
 
     ids: tuple[str, ...]
@@ -54,7 +66,7 @@ class PassPlan:
     slowly: bool = False
     """True if the road is so narrow that only walking pace is allowed."""
     gentle_m: float = 0.0
-    """Least length of the way out, if there is room for it (m)."""
+    """Least length of the shift out of the lane, if there is space for it (m)."""
 
 
 def borrowed_lane(view: FrenetScene, s: float) -> Lane | None:
@@ -66,52 +78,56 @@ def borrowed_lane(view: FrenetScene, s: float) -> Lane | None:
 
 
 def find_passing(view: FrenetScene, start: BehaviorStart, object_id: str, lane: Lane, speed_mps: float) -> PassPlan:
-    """Find everything that must be passed up to and including an object.
+    """Find all objects that must be passed, up to and including a given one.
 
     Args:
-        view: The surroundings in road coordinates.
-        start: Where the pass begins.
-        object_id: The object.
-        lane: The oncoming lane.
+        view: Surroundings in road coordinates.
+        start: Start of the pass.
+        object_id: Id of the given object.
+        lane: Oncoming lane.
         speed_mps: Speed of the pass (m/s).
 
     Raises:
-        CannotPlan: The object is not seen or not in the way, or the lane is too narrow.
+        NoPathError: The object is not detected or not in the ego's path, or the lane is too narrow.
     """
     target = view.index_of(object_id)
     if target is None:
-        raise NoPathError(PlanFailure.NOT_SEEN, f"object {object_id} is not seen")
+        raise NoPathError(PlanFailure.NOT_SEEN, f"object {object_id} is not detected")
     which = _group(view, start, target)
     if not which:
-        raise NoPathError(PlanFailure.NOT_IN_THE_WAY, f"object {object_id} is not in the way")
+        raise NoPathError(PlanFailure.NOT_IN_THE_WAY, f"object {object_id} is not in the ego's path")
     half = view.ego.width_m / 2
     _, centre, left = lane.at(float(view.s[target]))
-    limit = left - half - 0.1
-    if _beside(view, which, NARROW_CLEARANCE_M, NARROW_VULNERABLE_CLEARANCE_M) > limit:
+    limit = left - half - EDGE_M
+    least = _beside(view, which, NARROW_CLEARANCE_M, NARROW_VULNERABLE_CLEARANCE_M)
+    if least > limit:
         raise NoPathError(
-            PlanFailure.LANE_TOO_NARROW, f"the oncoming lane is too narrow to pass {object_id} with enough clearance"
+            PlanFailure.LANE_TOO_NARROW,
+            f"oncoming lane too narrow to pass {object_id}: offset at most {limit:.2f} m, required {least:.2f} m",
         )
     moving = max(float(view.vs[i]) for i in which)
     near = min(float(view.s[i] - view.along[i]) for i in which) - start.s_m - view.ego.length_m / 2
-    wide = speed_mps > QUICK_MPS and moving > 0.5 and near > QUICK_SHIFT_M and any(view.vulnerable[i] for i in which)
+    fast = speed_mps > QUICK_MPS and moving > MOVES_MPS and near > QUICK_SHIFT_M
+    wide = fast and any(view.vulnerable[i] for i in which)
     people_m = QUICK_VULNERABLE_CLEARANCE_M if wide else VULNERABLE_CLEARANCE_M
-    wished = _beside(view, which, CLEARANCE_M if speed_mps <= QUICK_MPS else QUICK_CLEARANCE_M, people_m)
-    # Use the whole other lane beside a moving object, but no more than needed beside a stationary one.
-    offset = max(wished, centre) if moving > 0.5 else wished
+    desired = _beside(view, which, CLEARANCE_M if speed_mps <= QUICK_MPS else QUICK_CLEARANCE_M, people_m)
+    # Beside a moving object the ego uses the whole oncoming lane, beside a stationary one no more than needed.
+    offset = max(desired, centre) if moving > MOVES_MPS else desired
     far = max(which, key=lambda i: float(view.s[i] + view.along[i]))
     return PassPlan(
         tuple(view.objects[i].id for i in which),
         min(offset, limit),
         float(view.s[far] + view.along[far]),
         max(moving, 0.0),
-        moving <= 0.5 and limit < _beside(view, which, DOOR_M, VULNERABLE_CLEARANCE_M),
+        moving <= MOVES_MPS and limit < _beside(view, which, DOOR_M, VULNERABLE_CLEARANCE_M),
         QUICK_SHIFT_M if wide else 0.0,
     )
 
 
 def standing_beyond(view: FrenetScene, passing: PassPlan) -> float:
-    """Return the arc length of the near end of what is stationary in the ego's lane beyond the pass (m); infinite if
-    nothing is.
+    """Return the arc length of the near end of the first stationary object in the ego's lane beyond the pass (m).
+
+    Infinite if there is none.
     """
     half = view.ego.width_m / 2
     near = [
@@ -119,14 +135,14 @@ def standing_beyond(view: FrenetScene, passing: PassPlan) -> float:
         for i in range(len(view.objects))
         if view.objects[i].id not in passing.ids
         and abs(view.d[i]) - view.across[i] < half
-        and abs(view.vs[i]) < 0.5
+        and abs(view.vs[i]) < MOVES_MPS
         and view.s[i] > passing.far_s
     ]
     return min(near, default=np.inf)
 
 
 def _beside(view: FrenetScene, which: list[int], clearance_m: float, vulnerable_clearance_m: float) -> float:
-    """Return the lateral offset at which the ego's centre keeps the clearance from all of them (m)."""
+    """Return the lateral offset at which the ego's center keeps the clearance from all of the objects (m)."""
     edges = [
         float(view.d[i] + view.across[i]) + (vulnerable_clearance_m if view.vulnerable[i] else clearance_m)
         for i in which
@@ -135,7 +151,7 @@ def _beside(view: FrenetScene, which: list[int], clearance_m: float, vulnerable_
 
 
 def _group(view: FrenetScene, start: BehaviorStart, target: int) -> list[int]:
-    """Return the target, what is in the ego's lane before it, and what is too close beyond it."""
+    """Return the target, the objects in the ego's lane before it, and the objects that are too close beyond it."""
     half = view.ego.width_m / 2 + 0.3
     in_path = [
         int(i)
@@ -159,16 +175,16 @@ def length_abreast(
 ) -> float:
     """Return the distance to drive beside the passed objects before the return may begin (m).
 
-    It assumes a sluggish ego, and moving objects that are a little faster than seen.
+    It assumes a sluggish ego, and moving objects that are a little faster than perceived.
     """
     half = view.ego.length_m / 2
-    if passing.speed_mps <= 0.5:
+    if passing.speed_mps <= MOVES_MPS:
         return max(passing.far_s + half + 1.0 - out.end_s, 0.5)
-    path = out.then(straight(out.end_s, out.end_d, 400.0, speed_mps))
+    path = out.then(straight(out.end_s, out.end_d, MOST_ABREAST_M, speed_mps))
     slow = slow_launch(path, start.speed_mps, view.ego.limits)
     rear = path.s - half
     other = passing.far_s + (passing.speed_mps + SPEED_MARGIN_MPS) * slow.t
     ahead = np.flatnonzero((rear > other + AHEAD_OF_MOVING_M) & (path.s > out.end_s))
     if not len(ahead):
-        raise NoPathError(PlanFailure.TOO_LONG, "it would take more than 400 m to pass")
+        raise NoPathError(PlanFailure.TOO_LONG, f"pass of {', '.join(passing.ids)}: longer than {MOST_ABREAST_M:g} m")
     return max(float(path.s[ahead[0]]) - out.end_s, 0.5)

@@ -1,4 +1,4 @@
-"""The return into the ego's lane after a pass: it begins as soon as the tail is clear, and drives on or stops."""
+"""Plans the return to the ego's lane after a pass: it begins as soon as the tail is clear, and drives on or stops."""
 
 from __future__ import annotations
 
@@ -16,34 +16,35 @@ from stucksolver.scene.frenet_scene import FrenetScene
 from stucksolver.scene.objects import VEHICLES
 
 STOP_GAP_M = 2.0
-"""Distance kept from what is stationary beyond."""
+"""Distance kept from a stationary object beyond (m). Ours."""
 STRAIGHT_M = 1.0
-"""The wheels are straight for the last metre before a stop."""
+"""Length before a stop on which the wheels are straight (m). Ours."""
 LEAST_BACK_M = 6.0
-"""The shortest length of the return."""
+"""Least length of the return (m). Ours."""
 GENTLE_M = 12.0
-"""The shortest length if nothing beyond limits it, ..."""
+"""Length of the gentlest return at low speed (m). Ours."""
 GENTLE_S = 2.5
-"""... and its shortest duration: a brisk lane change."""
+"""Duration of the gentlest return at higher speed (s): a brisk lane change."""
 LENGTHS = 6
-"""Number of lengths to try, from the gentlest to the tightest."""
+"""Number of lengths to try, from the gentlest to the tightest. Ours."""
 SOONER_M = 0.5
-"""Step by which an earlier start of the return is tried."""
+"""Step with which an earlier start of the return is tried (m): a station of the path."""
 CLEAR_M = 1.2
-"""Gap from the tail to what is passed, or the gap while alongside if that is smaller (m). A plan ends at a tracking
-error of 0.9 m (`TrackingPolicy`), and the guard's bound of 0.3 m must hold until then. With 0.25 m plus 0.085 s times
-the speed, six of 3,900 plans in the guard's oracle returned into what they had passed, off their path by 0.6 to 0.9 m.
+"""Gap from the tail to the passed objects, or the gap while alongside if that is smaller (m). A plan ends at a
+tracking error of 0.9 m (`TrackingPolicy`), and the guard's bound of 0.3 m must hold until then. With 0.25 m plus
+0.085 s times the speed, six of 3,900 plans in the guard's oracle returned into the passed objects, 0.6 to 0.9 m off
+their path.
 """
 CLEAR_PEOPLE_M = 1.4
-"""The same for pedestrians and cyclists."""
+"""The same for pedestrians and cyclists (m). Ours."""
 MOVES_MPS = 0.5
-"""Faster objects count as moving: the return begins when the ego is past them."""
+"""Speed above which an object counts as moving (m/s): the return begins only after the ego has passed it."""
 QUICK_MPS = 5.6
-"""Above this speed, just over 20 km/h, a larger distance is kept from doors."""
+"""Speed above which a larger distance is kept from doors (m/s): just over 20 km/h."""
 QUICK_DOOR_M = 1.15
-"""That distance: the guard requires 1.1 m there."""
+"""Distance from doors above `QUICK_MPS` (m): the guard requires 1.1 m there."""
 DOORS_PART = 0.5
-"""Part of a vehicle's length, around its middle, in which the doors are."""
+"""Part of a vehicle's length, around its middle, in which the doors are: `DoorPolicy.part_of_length`."""
 
 
 def way_back(
@@ -51,18 +52,18 @@ def way_back(
 ) -> FrenetPath:
     """Return the path from the end of `out`, past the objects, into the ego's lane and along it.
 
-    If something stationary is just beyond, or the known road ends, the path stops before that.
+    If a stationary object is just beyond, or the known road ends, the path stops before that.
 
     Args:
-        view: The surroundings in road coordinates.
-        out: The path out of the lane.
-        passing: What is passed.
-        past_s: Arc length at which the ego is past everything (m); the return may begin sooner.
+        view: Surroundings in road coordinates.
+        out: Path out of the lane.
+        passing: Objects to pass.
+        past_s: Arc length at which the ego has passed all objects (m); the return may begin sooner.
         beside_mps: Upper bound on the speed until then (m/s).
         back_mps: Upper bound on the speed after that (m/s).
 
     Raises:
-        CannotPlan: There is no room to return.
+        NoPathError: The space is too short for a return.
     """
     half, tight = view.ego.length_m / 2, view.ego.limits.min_turn_radius_m
     last_s = min(standing_beyond(view, passing) - STOP_GAP_M - half, view.frame.end_m)
@@ -79,19 +80,22 @@ def way_back(
         )
         path = replace(path, speed=np.where(path.s > over_s, back_mps, path.speed))
         return path.stopping() if stops else path
-    raise NoPathError(PlanFailure.NO_ROOM_TO_COME_BACK, f"no room to return: only {last_s - past_s:.1f} m are left")
+    raise NoPathError(
+        PlanFailure.NO_ROOM_TO_COME_BACK,
+        f"no room to return: {last_s - back_s:.1f} m left, required {shortest + STRAIGHT_M:.1f} m",
+    )
 
 
 def _soonest(
     view: FrenetScene, out: FrenetPath, passing: PassPlan, past_s: float, length_m: float, speed_mps: float
 ) -> float:
-    """Return the first arc length at which a return of this length stays clear of what is passed (m)."""
+    """Return the first arc length at which a return of this length stays clear of the passed objects (m)."""
     back_s = past_s
     if passing.speed_mps > MOVES_MPS:
         return back_s
     passed = np.array([o.id in passing.ids for o in view.objects], dtype=bool)
-    beside = ~view.moving & (view.s - view.along < passing.far_s)
-    which = np.flatnonzero(passed | beside)
+    stationary = ~view.moving & (view.s - view.along < passing.far_s)
+    which = np.flatnonzero(passed | stationary)
     while back_s - SOONER_M > out.end_s:
         sooner = back_s - SOONER_M
         path = return_path((out.end_s, out.end_d), sooner, length_m, sooner + length_m, speed_mps, view)
@@ -102,7 +106,7 @@ def _soonest(
 
 
 def _is_clear(view: FrenetScene, path: FrenetPath, which: Array, speed_mps: float) -> bool:
-    """True if the body stays clear of the objects `which`; above walking pace also of doors."""
+    """True if the body stays clear of the objects `which`, and above walking pace also of their doors."""
     body = (path.s[:, None], path.d[:, None], path.body(0.0, view.ego.limits.wheelbase_m)[:, None])
     size = (view.ego.length_m / 2, view.ego.width_m / 2)
     there = (view.s[which], view.d[which], view.yaw[which])

@@ -1,4 +1,4 @@
-"""Computes when the ego is where on a path: a speed profile within the path's and the vehicle's limits."""
+"""Computes a speed profile along a path within the limits of the path and the vehicle."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ class SpeedProfile:
 
     @property
     def duration_s(self) -> float:
-        """Duration of the drive (s)."""
+        """Duration of the profile (s)."""
         return float(self.t[-1])
 
 
 MIN_SPEED_MPS = 0.3
-"""Lower bound of the profile, so that a start from rest takes a finite time."""
+"""Lower bound of the profile (m/s), so that a start from rest takes a finite time. Ours."""
 
 
 def rollout(path: FrenetPath, speed_mps: float, acceleration_mps2: float, braking_mps2: float) -> SpeedProfile:
     """Return the fastest profile within the bounds that starts at `speed_mps`.
 
-    It is the classical forward and backward pass over v^2 with constant acceleration between stations. A start above
-    the bounds brakes at the given limit.
+    It is the classical forward and backward pass over v^2 with constant acceleration between stations. From a start
+    above the bounds it brakes at the given limit.
     """
     ramp = 2 * STEP_M * np.arange(len(path.speed))
     bound = np.maximum(np.square(path.speed), MIN_SPEED_MPS**2)
@@ -49,7 +49,7 @@ def rollout(path: FrenetPath, speed_mps: float, acceleration_mps2: float, brakin
 
 
 def _from_above(bound: list[float], start: float, acceleration_mps2: float, braking_mps2: float) -> Array:
-    """The forward pass if the ego starts above the bound: it brakes down to the bound first. Squared speeds (m²/s²)."""
+    """Return the forward pass for a start above the bound, which it reaches by braking. Squared speeds (m²/s²)."""
     squared = [start]
     for limit in bound[1:]:
         previous = squared[-1]
@@ -59,7 +59,7 @@ def _from_above(bound: list[float], start: float, acceleration_mps2: float, brak
 
 
 SLUGGISH_SPEED = 0.85
-"""A sluggish vehicle drives at this fraction of the requested speed. Ours: stacks stay below a bound, not at it."""
+"""Speed of a sluggish vehicle, as a fraction of the requested one. Ours: stacks stay below a bound, not at it."""
 SLUGGISH_ACCELERATION = 0.6
 """Fraction of its comfortable acceleration that a sluggish vehicle uses. Ours: loaded, uphill, or a mild controller."""
 
@@ -73,7 +73,7 @@ def slow_launch(
 ) -> SpeedProfile:
     """Return the pessimistic profile: weaker acceleration, and below the requested speed throughout.
 
-    The acceleration is the one measured from the vehicle, at most its comfortable one. If it was not measured, it is
+    The acceleration is the measured one of the vehicle, at most its comfortable one. Without a measurement it is
     `acceleration_part` of the comfortable one.
     """
     slower = FrenetPath(path.s, path.d, speed_part * path.speed)

@@ -1,1 +1,1 @@
-"""Keeps logins out of texts, and files to their owner. Imports nothing but the standard library."""
+"""Keeps logins out of texts, and files private to their owner. Imports only the standard library."""

@@ -1,4 +1,4 @@
-"""Files that only their owner may read and write, since they hold what people said and what a camera saw."""
+"""Files that only their owner may read and write, since they contain utterances and camera images."""
 
 from __future__ import annotations
 
@@ -7,14 +7,16 @@ from io import FileIO
 from pathlib import Path
 
 OWNERS = 0o600
+"""Mode of a private file: the owner may read and write."""
 OTHERS = 0o077
+"""Mode bits of all other users."""
 
 
 def make_private(path: Path) -> None:
-    """Take an existing file away from everybody but its owner.
+    """Remove the permissions of all other users from an existing file.
 
     Raises:
-        OSError: It belongs to somebody else, or cannot be changed.
+        OSError: The file belongs to another user, or cannot be changed.
     """
     if path.stat().st_mode & OTHERS:
         path.chmod(OWNERS)
@@ -24,16 +26,16 @@ def open_new(path: Path) -> FileIO:
     """Create a file and open it for writing, unbuffered.
 
     Raises:
-        OSError: It exists, or cannot be created.
+        OSError: The file exists, or cannot be created.
     """
     return open(path, "xb", buffering=0, opener=_owners)
 
 
 def append(path: Path, content: bytes) -> None:
-    """Append to a file; create it, or take it away from others first.
+    """Append to a file. Create it, or make it private first.
 
     Raises:
-        OSError: It cannot be written.
+        OSError: The file cannot be written.
     """
     with open(path, "ab", opener=_owners) as file:
         if os.fstat(file.fileno()).st_mode & OTHERS:
@@ -42,10 +44,10 @@ def append(path: Path, content: bytes) -> None:
 
 
 def write_once(path: Path, content: bytes) -> None:
-    """Write a file whose name says what it holds; keep one that exists, but take it away from others.
+    """Write a file that is named after its content. Keep an existing file, but make it private.
 
     Raises:
-        OSError: It cannot be written.
+        OSError: The file cannot be written.
     """
     if path.exists():
         make_private(path)

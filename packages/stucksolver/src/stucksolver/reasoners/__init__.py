@@ -1,4 +1,4 @@
-"""Reasoners: they propose plans, and the guard decides."""
+"""Reasoners propose plans, and the guard decides."""
 
 from stucksolver.reasoners.reasoner import (
     PARSERS,

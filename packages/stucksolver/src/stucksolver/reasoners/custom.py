@@ -1,4 +1,4 @@
-"""`own:MODULE:CLASS`: the user's own reasoner, imported by name and created without arguments."""
+"""Creates the user's own reasoner `own:MODULE:CLASS`: imported by name and created without arguments."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ def make_own(rest: str, exchanges: Path | None = None) -> Reasoner:
     """Create a reasoner from the user's class, `package.module:Class`.
 
     Raises:
-        ReasonerNameError: It cannot be imported or created, or is not a reasoner.
+        ReasonerNameError: The class cannot be imported or created, or is not a reasoner.
     """
     module, _, name = rest.partition(":")
     if not module or not name:
@@ -22,11 +22,11 @@ def make_own(rest: str, exchanges: Path | None = None) -> Reasoner:
         reasoner = getattr(importlib.import_module(module), name)()
     except Exception as error:
         raise ReasonerNameError(f"own:{rest} cannot be created: {type(error).__name__}: {error}") from error
-    lacking = [part for part in ("name", "decide") if not hasattr(reasoner, part)]
-    if lacking:
-        raise ReasonerNameError(f"own:{rest} is not a reasoner: it has no {' and no '.join(lacking)}")
-    made: Reasoner = reasoner
-    return made
+    missing = [part for part in ("name", "decide") if not hasattr(reasoner, part)]
+    if missing:
+        raise ReasonerNameError(f"own:{rest} is not a reasoner: it has no {' and no '.join(missing)}")
+    own: Reasoner = reasoner
+    return own
 
 
 register(ReasonerKind("own", "own:MODULE:CLASS", make_own, sees=lambda rest: True))

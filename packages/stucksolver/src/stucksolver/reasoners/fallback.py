@@ -1,4 +1,4 @@
-"""Several reasoners in order: the next is asked if one has no answer."""
+"""Queries several reasoners in order: the next one if one has no answer."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from stucksolver.reasoners.reasoner import (
 
 
 class FallbackReasoner:
-    """Asks the first reasoner, and the next one if it raises `ReasonerError`. The answer names the one that gave it."""
+    """Chain of reasoners. If one raises `ReasonerError`, the next is queried. The answer has its reasoner's name."""
 
     def __init__(self, reasoners: Sequence[Reasoner]) -> None:
         if not reasoners:
@@ -26,22 +26,22 @@ class FallbackReasoner:
         self.reasoners = tuple(reasoners)
         self.name = ", then ".join(r.name for r in self.reasoners)
         self.failures: tuple[str, ...] = ()
-        """Why the reasoners before the one that answered the last question had no answer."""
-        self._asked: Reasoner | None = None
+        """Errors of the reasoners before the one that answered the last query."""
+        self._running: Reasoner | None = None
         self._cancelled = threading.Event()
 
     def decide(self, request: ReasonerRequest) -> ReasonerAnswer:
-        """Return the first answer that a reasoner gives.
+        """Return the first answer of a reasoner.
 
         Raises:
-            ReasonerError: None has an answer, or `cancel` was called.
+            ReasonerError: No reasoner has an answer, or `cancel` was called.
         """
         self._cancelled.clear()
         self.failures = ()
         ends_at = None if request.deadline_s is None else time.monotonic() + request.deadline_s
         trace = None
         for number, reasoner in enumerate(self.reasoners):
-            self._asked = reasoner
+            self._running = reasoner
             try:
                 return reasoner.decide(self._share(request, ends_at, number))
             except ReasonerError as error:
@@ -54,7 +54,7 @@ class FallbackReasoner:
         raise failed
 
     def _share(self, request: ReasonerRequest, ends_at: float | None, number: int) -> ReasonerRequest:
-        """Give the reasoner an equal share of the time left among the cancellable reasoners from it on."""
+        """Return the request with an equal share of the remaining time for each cancellable reasoner from here on."""
         if ends_at is None:
             return request
         slow = [reasoner for reasoner in self.reasoners[number:] if isinstance(reasoner, Cancellable)]
@@ -64,7 +64,7 @@ class FallbackReasoner:
         """Check the reasoners that can be checked before a drive, and return their notes.
 
         Raises:
-            ReasonerError: One of them would fail.
+            ReasonerError: One of them cannot be used.
         """
         checked = [reasoner for reasoner in self.reasoners if isinstance(reasoner, SupportsPreflight)]
         return tuple(note for item in checked for note in item.preflight())
@@ -72,6 +72,6 @@ class FallbackReasoner:
     def cancel(self) -> None:
         """Cancel the running query; may be called from any thread."""
         self._cancelled.set()
-        asked: object = self._asked
-        if isinstance(asked, Cancellable):
-            asked.cancel()
+        running: object = self._running
+        if isinstance(running, Cancellable):
+            running.cancel()

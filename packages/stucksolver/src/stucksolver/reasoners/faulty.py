@@ -1,6 +1,6 @@
-"""Reasoners that are wrong on purpose, to show that safety comes from the guard, and to test stacks.
+"""Reasoners that are wrong on purpose, to show that the guard provides the safety, and to test stacks.
 
-They are used only if named (`evaluate --recovery faulty:random`).
+They are used only by name (`evaluate --recovery faulty:random`).
 """
 
 from __future__ import annotations
@@ -27,15 +27,16 @@ from stucksolver.reasoners.rules import RuleReasoner
 from stucksolver.scene import Scene, SceneObject
 
 SILENT_S = 3600.0
+"""Delay of a silent reasoner (s): longer than any run."""
 LATE_CALLS = 3
-"""A late reasoner answers the question that was asked this many questions ago."""
+"""Age of the query that a late reasoner answers (queries)."""
 Choose = Callable[["FaultyReasoner", Scene], tuple[Behavior, ...]]
 
 
 class FaultyReasoner:
-    """Answers every scene with a plan from `choose`, and always says that the vehicle is immobilized.
+    """Reasoner that answers every scene with a plan from `choose`, and always claims an immobilization.
 
-    `delay_s` is the wall time before an answer (s); `cancel` ends the delay, and later questions fail at once.
+    `delay_s` is the wall time before an answer (s). `cancel` ends the delay, and later queries fail at once.
     """
 
     def __init__(self, name: str, choose: Choose, seed: int = 0, delay_s: float = 0.0) -> None:
@@ -43,7 +44,7 @@ class FaultyReasoner:
         self.random = random.Random(seed)
         self.calls = 0
         self.scenes: deque[Scene] = deque(maxlen=LATE_CALLS + 1)
-        """The last scenes, oldest first."""
+        """Last scenes, oldest first."""
         self._choose = choose
         self._delay_s = delay_s
         self._cancelled = 0
@@ -61,7 +62,7 @@ class FaultyReasoner:
                 raise ReasonerError("cancelled")
             time.sleep(min(0.05, self._delay_s))
         behaviors = self._choose(self, scene)
-        decision = _sure(RecoveryPlan(behaviors=behaviors))  # type: ignore[arg-type]
+        decision = _sure(RecoveryPlan(behaviors=behaviors))
         return ReasonerAnswer(
             decision, self.name, ReasonerTrace(answers=(decision.model_dump_json(),), model=self.name)
         )
@@ -72,10 +73,10 @@ class FaultyReasoner:
 
 
 def make_faulty(name: str, seed: int = 0) -> Reasoner:
-    """Make one of `FAULTY` by name.
+    """Create one of `FAULTY` by name.
 
     Raises:
-        ValueError: There is no faulty reasoner of this name.
+        ValueError: The name is unknown.
     """
     if name not in FAULTY:
         raise ValueError(f"unknown faulty reasoner {name!r}: use {', '.join(FAULTY)}")
@@ -96,24 +97,24 @@ def _sure(plan: RecoveryPlan) -> Decision:
 
 
 def _random(faulty: FaultyReasoner, scene: Scene) -> tuple[Behavior, ...]:
-    """Return one to three random behaviours with random parameters, about any object."""
+    """Return one to three random behaviors with random parameters, for any object."""
     return tuple(_any(scene, faulty.random) for _ in range(faulty.random.randint(1, 3)))
 
 
 def _any(scene: Scene, chance: random.Random) -> Behavior:
-    who = _nearest(scene, chance)
+    object_id = _nearest(scene, chance)
     speed = round(chance.uniform(1.0, 11.0), 1)
     side = chance.choice(("left", "right"))
     far = round(chance.uniform(15.0, 150.0), 1)
     return chance.choice(
         (
             lambda: ChangeLane(side=side, distance_m=far, speed_mps=speed),  # type: ignore[arg-type]
-            lambda: BorrowOncomingLane(past_object_id=who, speed_mps=speed),
+            lambda: BorrowOncomingLane(past_object_id=object_id, speed_mps=speed),
             lambda: KeepLane(distance_m=far, speed_mps=speed),
-            lambda: DriveOver(object_id=who),
+            lambda: DriveOver(object_id=object_id),
             lambda: Creep(distance_m=3.0),
             lambda: Nudge(side=side, offset_m=0.5, distance_m=20.0),  # type: ignore[arg-type]
-            lambda: FollowVehicle(leader_id=who, distance_m=far, speed_mps=speed),
+            lambda: FollowVehicle(leader_id=object_id, distance_m=far, speed_mps=speed),
             lambda: Wait(duration_s=round(chance.uniform(0.5, 20.0), 1)),
         )
     )()
@@ -124,14 +125,14 @@ def _always_left(faulty: FaultyReasoner, scene: Scene) -> tuple[Behavior, ...]:
 
 
 def _always_drive_over(faulty: FaultyReasoner, scene: Scene) -> tuple[Behavior, ...]:
-    """Return a plan to drive over whatever is nearest in the path."""
+    """Return a plan to drive over the nearest object in the path."""
     ahead = scene.in_path_ahead()
-    who = ahead[0].id if ahead else _nearest(scene, faulty.random)
-    return (DriveOver(object_id=who),)
+    object_id = ahead[0].id if ahead else _nearest(scene, faulty.random)
+    return (DriveOver(object_id=object_id),)
 
 
 def _contradictory(faulty: FaultyReasoner, scene: Scene) -> tuple[Behavior, ...]:
-    """Return two contradictory plans in turn; each also contradicts itself."""
+    """Return two contradictory plans alternately; each also contradicts itself."""
     first: tuple[Behavior, ...] = (
         ChangeLane(side="left", distance_m=30.0, speed_mps=6.0),
         ChangeLane(side="left", distance_m=30.0, speed_mps=6.0),
@@ -145,7 +146,7 @@ def _never(faulty: FaultyReasoner, scene: Scene) -> tuple[Behavior, ...]:
 
 
 def _late(faulty: FaultyReasoner, scene: Scene) -> tuple[Behavior, ...]:
-    """Return a good answer to a much older question, regardless of the clock."""
+    """Return a good answer to a much older query, regardless of the clock."""
     plan = RuleReasoner().decide(ReasonerRequest(faulty.scenes[0])).decision.plan
     if len(faulty.scenes) <= LATE_CALLS or plan is None:
         raise ReasonerError("still thinking")
@@ -153,7 +154,7 @@ def _late(faulty: FaultyReasoner, scene: Scene) -> tuple[Behavior, ...]:
 
 
 def _nearest(scene: Scene, chance: random.Random) -> str:
-    """Return the id of a nearby object, or one that does not exist."""
+    """Return the id of a nearby object, or an id that does not exist."""
     near: tuple[SceneObject, ...] = scene.objects[:8]
     return chance.choice(near).id if near else "nobody"
 
@@ -166,4 +167,4 @@ FAULTY: dict[str, tuple[Choose, float]] = {
     "late": (_late, 0.0),
     "contradictory": (_contradictory, 0.0),
 }
-"""By name: how the plan is chosen, and after how much wall time."""
+"""Function that chooses the plan, and wall time before the answer (s), by name."""

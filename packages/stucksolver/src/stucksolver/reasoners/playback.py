@@ -1,7 +1,7 @@
-"""`teacher:DIR`: plays back the best plan that a search has found for a standstill, and waits at all others.
+"""Plays back plans as `teacher:DIR`: the best plan that a search has found for a standstill, else a wait.
 
-The rules look first, so that their observation and their reasons to wait stand in each answer. Only the plan is
-replaced, and only for a scene that is in the book.
+The rules are queried first, so that each answer has their observation and their reasons to wait. Only the plan is
+replaced, and only for a scene that is in the table.
 """
 
 from __future__ import annotations
@@ -20,29 +20,31 @@ from stucksolver.scene import Scene
 from stucksolver.scene.base_model import FrozenModel
 
 BOOK = "best.json"
+"""Name of the file with the table."""
 DIGITS = 16
-"""Length of a digest: 64 bits tell any number of standstills apart that can be driven."""
+"""Length of a digest: 64 bits distinguish any number of standstills that can be driven."""
 Elsewhere = Literal["wait", "rules"]
+"""Answer to a scene that is not in the table."""
 
 
 class PlanTable(FrozenModel):
-    """The plans to play back, by `scene_digest`. None: at this standstill waiting was best."""
+    """Plans to play back, by `scene_digest`. None: waiting was best at this standstill."""
 
     version: Literal[1] = 1
     plans: dict[str, RecoveryPlan | None] = Field(default_factory=dict)
 
 
 def scene_digest(scene: Scene) -> str:
-    """Return a short digest of everything in a scene but the camera's image."""
+    """Return a short digest of a scene without the camera's image."""
     return hashlib.sha256(scene.model_dump_json(exclude={"image"}).encode()).hexdigest()[:DIGITS]
 
 
 class PlaybackReasoner:
-    """Answers the scenes of a book with its plans.
+    """Reasoner that answers the scenes of a table with its plans.
 
     Args:
-        book: The plans.
-        elsewhere: What to do in any other scene: wait whatever the rules propose, or what the rules propose.
+        book: Table of plans.
+        elsewhere: Answer to any other scene: a wait regardless of the rules, or the answer of the rules.
     """
 
     def __init__(self, book: PlanTable, elsewhere: Elsewhere = "wait") -> None:
@@ -51,27 +53,28 @@ class PlaybackReasoner:
         self._elsewhere = elsewhere
         self._rules = RuleReasoner()
         self._apart = False
-        """True once the drive differs from that of the rules."""
+        """True after the run has diverged from that of the rules."""
 
     def decide(self, request: ReasonerRequest) -> ReasonerAnswer:
-        """Return the plan of the book for this very scene, or what is done elsewhere; in the same drive the same."""
-        said = self._rules.decide(request).decision
+        """Return the plan of the table for this scene, or the answer for other scenes. It is deterministic."""
+        decision = self._rules.decide(request).decision
         digest = scene_digest(request.scene)
         plan = self._book.plans.get(digest)
         if plan is not None:
-            said, self._apart = _played(said, plan), True
+            decision, self._apart = _played(decision, plan), True
         elif self._elsewhere == "wait" or digest in self._book.plans:
-            # As long as the rules wait as well, the wait is theirs: the ladder then looks again when it would with
-            # them, and the standstills of the book are met at the same ticks.
-            self._apart = self._apart or said.plan is not None or digest in self._book.plans
-            said = waiting(said) if self._apart else said
-        return ReasonerAnswer(said, self.name, ReasonerTrace(answers=(said.model_dump_json(),), model=self.name))
+            # While the rules wait as well, the wait is theirs. The ladder then checks again at the same ticks as with
+            # the rules, and the run reaches the standstills of the table at the same ticks.
+            self._apart = self._apart or decision.plan is not None or digest in self._book.plans
+            decision = waiting(decision) if self._apart else decision
+        trace = ReasonerTrace(answers=(decision.model_dump_json(),), model=self.name)
+        return ReasonerAnswer(decision, self.name, trace)
 
 
 def waiting(decision: Decision) -> Decision:
     """Return the decision as a wait, without its plan.
 
-    It counts as a queue, for which every ladder waits longest: so the driver keeps driving by itself, and no rung above
+    It counts as a queue, for which every ladder waits longest. So the driver keeps driving by itself, and no rung above
     is reached meanwhile.
     """
     waits = {"immobilized": False, "cause": None, "wait": WaitReason.QUEUE}
@@ -86,10 +89,10 @@ def _played(decision: Decision, plan: RecoveryPlan) -> Decision:
 
 
 def read_book(folder: Path) -> PlanTable:
-    """Read the book of a folder that `python -m lab distill collect` filled.
+    """Read the table in a folder that `python -m lab distill collect` filled.
 
     Raises:
-        ReasonerNameError: There is none, or it cannot be read.
+        ReasonerNameError: The table does not exist, or cannot be read.
     """
     path = folder / BOOK
     try:
@@ -99,7 +102,7 @@ def read_book(folder: Path) -> PlanTable:
             f"no plans in {folder}: {error}; `python -m lab distill collect` writes {BOOK}"
         ) from error
     except ValidationError as error:
-        raise ReasonerNameError(f"{path} is not a book of plans: {error.errors()[0]['msg']}") from error
+        raise ReasonerNameError(f"{path} is not a table of plans: {error.errors()[0]['msg']}") from error
 
 
 def _teacher(rest: str, exchanges: Path | None) -> PlaybackReasoner:

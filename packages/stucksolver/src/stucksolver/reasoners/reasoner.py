@@ -1,4 +1,4 @@
-"""The interface of every reasoner: a scene in, a decision out. Reasoners are untrusted; the guard decides."""
+"""Interface of every reasoner: a scene in, a decision out. Reasoners are untrusted; the guard decides."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from stucksolver.scene import Scene
 from stucksolver.scene.base_model import FrozenModel
 
 PlanCheck = Callable[[RecoveryPlan], str]
-"""Returns, in words, what the guard would say about a plan now. May be called from the reasoner's thread."""
+"""Returns the guard's verdict on a plan now, as text. The reasoner's thread may call it."""
 ACCEPTED = "accepted"
-"""What a `PlanCheck` says of a plan that the guard accepts; anything else is the reason against it."""
+"""Text of a `PlanCheck` for a plan that the guard accepts; any other text is the reject reason."""
 
 
 @dataclass(frozen=True)
 class ReasonerRequest:
-    """A question to a reasoner.
+    """Query to a reasoner.
 
     Attributes:
-        scene: What the reasoner may know.
-        check: Asks the guard about a plan before the reasoner commits to it. None if the surroundings are unknown.
+        scene: Scene for the reasoner.
+        check: Check of a plan by the guard before the reasoner decides. None if the surroundings are unknown.
         deadline_s: Wall time for the answer (s); None for no limit.
     """
 
@@ -34,10 +34,9 @@ class ReasonerRequest:
 
 
 class ReasonerTrace(FrozenModel):
-    """How a reasoner other than the rules arrived at its answer: enough to parse it again offline.
+    """Origin of an answer by a reasoner other than the rules: enough to parse it again offline.
 
-    `answers` are the raw answers in order. The decision was parsed from the last one, by the parser registered under
-    `format`.
+    `answers` are the raw answers in order. The decision was parsed from the last one, by the parser of `format`.
     """
 
     format: str = "decision"
@@ -53,7 +52,7 @@ class ReasonerTrace(FrozenModel):
 
 @dataclass(frozen=True)
 class ReasonerAnswer:
-    """A decision and the name of the reasoner that made it. `trace` is None if it follows from the scene alone."""
+    """Decision with the name of its reasoner. `trace` is None if it follows from the scene alone."""
 
     decision: Decision
     reasoner: str
@@ -61,17 +60,17 @@ class ReasonerAnswer:
 
 
 class Reasoner(Protocol):
-    """The interface of a reasoner. It is called outside the control loop, one request at a time."""
+    """Interface of a reasoner. It is called outside the control loop, one request at a time."""
 
     @property
     def name(self) -> str:
-        """Shown in every result."""
+        """Name in every result."""
 
     def decide(self, request: ReasonerRequest) -> ReasonerAnswer:
-        """Observe, analyse and decide.
+        """Return the observation, analysis and decision for a scene.
 
         Args:
-            request: The scene, a check of plans against the guard, and a deadline.
+            request: Scene, check of plans against the guard, and deadline.
 
         Raises:
             ReasonerError: The reasoner has no answer.
@@ -79,18 +78,18 @@ class Reasoner(Protocol):
 
 
 class ReasonerError(Exception):
-    """A reasoner could not answer. The message says why and what to do; `trace` holds the cost, if it is known."""
+    """Missing answer of a reasoner. The message has the reason and the remedy; `trace` has the cost, if it is known."""
 
     trace: ReasonerTrace | None = None
 
 
 class MalformedAnswerError(ReasonerError):
-    """A reasoner's answer is of a wrong type, too large, nested too deeply, or holds a value that is refused."""
+    """Answer of a wrong type, too large, nested too deeply, or with a rejected value."""
 
 
 @runtime_checkable
 class Cancellable(Protocol):
-    """A reasoner that can be told from another thread that its answer is no longer wanted."""
+    """Reasoner whose query can be canceled from another thread."""
 
     def cancel(self) -> None:
         """End the running `decide` soon with `ReasonerError`. Does nothing if none is running."""
@@ -98,13 +97,13 @@ class Cancellable(Protocol):
 
 @runtime_checkable
 class SupportsPreflight(Protocol):
-    """A reasoner that depends on something external and can check it before a drive."""
+    """Reasoner that depends on an external service and can check it before a run."""
 
     def preflight(self) -> tuple[str, ...]:
-        """Return what a person should know, one line each.
+        """Return notes for the user, one line each.
 
         Raises:
-            ReasonerError: Questions would fail.
+            ReasonerError: The reasoner cannot be used.
         """
 
 
@@ -113,7 +112,7 @@ Parser = Callable[[str, Scene], Decision]
 
 
 def _parse_decision(answer: str, scene: Scene) -> Decision:
-    """Parse an answer that is the decision's own JSON form."""
+    """Parse an answer in the JSON form of a decision."""
     try:
         return Decision.model_validate_json(answer)
     except ValidationError as error:
@@ -128,10 +127,10 @@ def parse_trace(trace: ReasonerTrace, scene: Scene) -> Decision:
     """Parse a recorded answer again.
 
     Raises:
-        ReasonerError: The trace holds no answer, or there is no parser for its format.
+        ReasonerError: The trace contains no answer, or its format has no parser.
     """
     if trace.format not in PARSERS:
         raise ReasonerError(f"no parser for answers in the format {trace.format!r}; known: {', '.join(PARSERS)}")
     if not trace.answers:
-        raise ReasonerError("the trace holds no answer")
+        raise ReasonerError("the trace contains no answer")
     return PARSERS[trace.format](trace.answers[-1], scene)

@@ -1,4 +1,4 @@
-"""The kinds of reasoners that commands and configuration files can name."""
+"""Registry of the kinds of reasoners that commands and configuration files can name."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from stucksolver.reasoners.reasoner import Reasoner
 
 
 class ReasonerNameError(ValueError):
-    """There is no such reasoner, or it cannot be used. The message says what to do."""
+    """Unknown or unusable reasoner. The message has the remedy."""
 
 
 @dataclass(frozen=True)
 class ReasonerKind:
-    """A kind of reasoner.
+    """Kind of a reasoner.
 
     Attributes:
-        name: The part before the first colon.
-        form: How to write it, for help texts.
-        make: `make(rest, exchanges)` makes a reasoner from the text after the colon. Requests to a model are stored in
-            the folder `exchanges`, if given. It raises `ReasonerNameError`.
-        sees: `sees(rest)` is True if it uses the camera's images.
+        name: Name before the first colon.
+        form: Notation for help texts.
+        make: `make(rest, exchanges)` creates a reasoner from the text after the colon. Requests to a model are stored
+            in the folder `exchanges`, if given. It raises `ReasonerNameError`.
+        sees: `sees(rest)` is True if the reasoner uses the camera's images.
     """
 
     name: str
@@ -41,7 +41,7 @@ def register(kind: ReasonerKind) -> None:
     """Register a kind of reasoner.
 
     Raises:
-        ValueError: The name is taken.
+        ValueError: The name is already registered.
     """
     if kind.name in KINDS:
         raise ValueError(f"there is already a kind of reasoner named {kind.name!r}")
@@ -51,8 +51,8 @@ def register(kind: ReasonerKind) -> None:
 def load_plugins() -> None:
     """Register the kinds that other installed distributions add.
 
-    A plug-in that cannot be loaded must not keep the vehicle without its built-in rules: it is left out, and
-    `stucksolver plugins` says why.
+    A plug-in that cannot be loaded is left out, because the vehicle must keep its built-in rules. `stucksolver plugins`
+    reports the reason.
     """
     for plugin in plugins("reasoners"):
         with contextlib.suppress(PluginError):
@@ -62,15 +62,15 @@ def load_plugins() -> None:
 
 
 def help_text() -> str:
-    """Return in one line what names can be given."""
+    """Return the notations of the registered kinds in one line."""
     return f"{', '.join(kind.form for kind in KINDS.values())}, or several in order of trust, separated by commas"
 
 
 def kind_of(word: str) -> tuple[ReasonerKind, str]:
-    """Return the kind that a name denotes, and the text after its colon.
+    """Return the kind of a name, and the text after its colon.
 
     Raises:
-        ReasonerNameError: There is no such kind.
+        ReasonerNameError: The kind is unknown.
     """
     name, _, rest = word.partition(":")
     kind = KINDS.get(name)

@@ -1,4 +1,4 @@
-"""The event log of each intervention: hash-chained, and replayed offline."""
+"""Event log of each intervention: hash-chained, and replayed offline."""
 
 from stucksolver.record.anchor import Anchor, check_anchor, head_of, read_heads, write_heads
 from stucksolver.record.decisions import RecordedDecision, read_decisions

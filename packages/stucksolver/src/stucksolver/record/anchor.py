@@ -1,8 +1,8 @@
-"""Stores the heads of records elsewhere, so that a chain that was rewritten from its first line is detected.
+"""Stores the heads of records in a separate file, to detect a chain that was rewritten from its first line.
 
-A file of heads has one line for each record, `HASH  LINE  PATH`, like the files of `sha256sum`. Whoever signs it,
-timestamps it, or keeps it out of reach of the records' writer can later prove that nothing was changed up to that line.
-A record may grow after its head was taken.
+A file of heads has one line for each record, `HASH  LINE  PATH`, like the files of `sha256sum`. It can be signed,
+timestamped, or kept out of reach of the records' writer. It then proves later that no record was changed up to that
+line. A record may grow after its head was stored.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ _LINE = re.compile(r"([0-9a-f]{64})  ([1-9][0-9]*)  (.+)")
 
 @dataclass(frozen=True)
 class Anchor:
-    """The hash in a line (counted from 1) of a record."""
+    """Hash in a line (counted from 1) of a record."""
 
     line: int
     digest: str
@@ -29,11 +29,11 @@ def head_of(record: Path) -> Anchor:
     """Return the last complete line of a record.
 
     Raises:
-        RecordError: There is no complete line.
+        RecordError: The record has no complete line.
     """
     digests = read_digests(record)
     if not digests:
-        raise RecordError(f"{record}: it has no complete line, so it has no head")
+        raise RecordError(f"{record}: no complete line, so the record has no head")
     return Anchor(len(digests), digests[-1])
 
 
@@ -41,17 +41,18 @@ def check_anchor(record: Path, anchor: Anchor) -> None:
     """Check a record against an anchor.
 
     Raises:
-        RecordError: The anchor belongs to another record, or the record's end was cut off.
+        RecordError: The anchor belongs to another record, or the end of the record was cut off.
     """
     digests = read_digests(record)
     if len(digests) < anchor.line:
         raise RecordError(
-            f"{record}: its anchor is for line {anchor.line}, but it has only {len(digests)} lines; its end was cut off"
+            f"{record}: its anchor is for line {anchor.line}, but the record has only {len(digests)} lines; "
+            "its end was cut off"
         )
-    found = digests[anchor.line - 1]
-    if found != anchor.digest:
+    digest = digests[anchor.line - 1]
+    if digest != anchor.digest:
         raise RecordError(
-            f"{record}, line {anchor.line}: its hash is {found[:16]}…, its anchor says {anchor.digest[:16]}…; "
+            f"{record}, line {anchor.line}: hash {digest[:16]}… differs from its anchor {anchor.digest[:16]}…; "
             "the record was rewritten, or the anchor belongs to another record"
         )
 
@@ -73,7 +74,7 @@ def write_heads(path: Path, records: Iterable[Path]) -> Mapping[Path, Anchor]:
 
 
 def read_heads(path: Path) -> dict[Path, Anchor]:
-    """Return the records in a file of heads, under the names used there.
+    """Return the anchors in a file of heads, by the record's name in the file.
 
     Raises:
         RecordError: The file cannot be read or has an error.
@@ -84,10 +85,10 @@ def read_heads(path: Path) -> dict[Path, Anchor]:
         raise RecordError(f"cannot read {path}: {error}; give a file made with `replay --save-heads`") from error
     heads: dict[Path, Anchor] = {}
     for number, line in enumerate(lines, 1):
-        found = _LINE.fullmatch(line)
-        if found is None or Path(found[3]) in heads:
+        match = _LINE.fullmatch(line)
+        if match is None or Path(match[3]) in heads:
             raise RecordError(f"{path}, line {number}: expected `HASH  LINE  PATH`, each record once")
-        heads[Path(found[3])] = Anchor(int(found[2]), found[1])
+        heads[Path(match[3])] = Anchor(int(match[2]), match[1])
     if not heads:
-        raise RecordError(f"{path}: names no record")
+        raise RecordError(f"{path}: the file names no record")
     return heads

@@ -1,4 +1,4 @@
-"""Reads the decisions of a record with the camera image of each question, without replaying it."""
+"""Reads the decisions of a record with the camera image of each query, without replaying it."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from stucksolver.solver import Event, EventKind
 
 @dataclass(frozen=True)
 class RecordedDecision:
-    """A decision. `event` reported it, with trigger and verdict; its time is that of the stack's clock (s)."""
+    """Decision in a record. `event` reported it, with trigger and verdict; its time is on the stack's clock (s)."""
 
     event: Event
     decision: Decision
     image: CameraImage | None
-    """The front camera's image in the scene of the question."""
+    """Image of the front camera in the scene of the query."""
 
 
 def read_decisions(path: Path) -> Iterator[RecordedDecision]:
@@ -45,10 +45,10 @@ def read_decisions(path: Path) -> Iterator[RecordedDecision]:
 
 def _decided(line: dict[str, Any]) -> list[tuple[Event, Decision]]:
     """Return the decisions of a line, each with its event."""
-    # Do not repeat a decision that arrived with this line.
+    # A decision that arrived with this line is stored once, as its answer.
     answer = (line.get("in") or {}).get("answer") or {}
-    told = [item["event"] for item in line.get("told", ()) if "event" in item]
-    events = [Event.model_validate({"decision": answer.get("decision"), **event}) for event in told]
+    recorded = [item["event"] for item in line.get("told", ()) if "event" in item]
+    events = [Event.model_validate({"decision": answer.get("decision"), **event}) for event in recorded]
     return [(e, e.decision) for e in events if e.kind is EventKind.DECIDED and e.decision is not None]
 
 

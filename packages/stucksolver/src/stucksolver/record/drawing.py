@@ -1,4 +1,4 @@
-"""Draws a record: the straightened road from above at some moments. Needs matplotlib."""
+"""Draws a record: the straightened road from above at several times. Needs matplotlib."""
 
 from __future__ import annotations
 
@@ -23,16 +23,20 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 MOMENTS = 5
+"""Number of times that are drawn without a request. Ours."""
 AT_ABOUT_S = 0.5
-"""A requested time may be this much before the first recorded one, or after the last (s)."""
+"""Time by which a requested time may be before the first recorded one, or after the last (s). Ours."""
 BACK_M = 25.0
+"""Length of road behind the ego in the picture (m)."""
 AHEAD_M = 55.0
+"""Length of road ahead of the ego in the picture (m)."""
 ASIDE_M = 12.0
-"""How much of the lanes on either side is shown at most (m)."""
+"""Greatest width of the lanes on either side in the picture (m)."""
 BESIDE_M = 1.5
-"""How much is shown of what is beside them (m)."""
+"""Width beside the lanes in the picture (m)."""
 DPI = 130
 COLUMNS = 150
+"""Longest title (characters)."""
 ROAD = "#e9eaee"
 ONCOMING = "#f6e9dc"
 EGO = "#1f6fb2"
@@ -40,6 +44,7 @@ OTHER = "#6b7078"
 MOVING = "#c2571a"
 PATH = "#2c9a4b"
 TOLD = frozenset({EventKind.STARTED, EventKind.ABORTED, EventKind.FINISHED, EventKind.STOPPED, EventKind.RECOVERED})
+"""Kinds of events that are shown as a title until the next one."""
 
 
 @dataclass(frozen=True)
@@ -51,22 +56,22 @@ class _Moment:
 
 
 def draw_record(record: Path, picture: Path, at_s: Sequence[float] = ()) -> Path:
-    """Draw the moments nearest to `at_s`, or else some from the first judgement of a plan to the last.
+    """Draw the times nearest to `at_s`, or several from the first check of a plan to the last.
 
     Args:
-        record: The record.
-        picture: The file to write.
+        record: Record.
+        picture: File to write.
         at_s: Times of the stack's clock (s).
 
     Raises:
-        RecordError: The record cannot be read, or nothing was seen in it at all or at a requested moment.
+        RecordError: The record cannot be read, or has no surroundings at all or at a requested time.
         OSError: The file cannot be written.
     """
     from matplotlib.figure import Figure
 
     moments = _read(record)
     if not moments:
-        raise RecordError(f"{record}: no plan was judged in it, so there is nothing to draw")
+        raise RecordError(f"{record}: the record contains no check of a plan, so there is nothing to draw")
     first, last = moments[0].time_s, moments[-1].time_s
     for time_s in at_s:
         if not first - AT_ABOUT_S <= time_s <= last + AT_ABOUT_S:
@@ -92,6 +97,8 @@ def _read(record: Path) -> list[_Moment]:
 
 
 class _RecordReader:
+    """Reader that collects every tick with recorded surroundings."""
+
     def __init__(self) -> None:
         self.moments: list[_Moment] = []
         self._unpacker = DeltaDecoder()
@@ -109,23 +116,23 @@ class _RecordReader:
 
     def _step(self, line: dict[str, Any]) -> None:
         if "directive" in line:
-            said = directive_adapter.validate_python(line["directive"])
-            self._path = tuple((p.x_m, p.y_m) for p in said.path) if isinstance(said, Execute) else ()
+            directive = directive_adapter.validate_python(line["directive"])
+            self._path = tuple((p.x_m, p.y_m) for p in directive.path) if isinstance(directive, Execute) else ()
         view = FrenetScene(self._unpacker.unpack(line["seen"])) if "seen" in line else None
-        for told in line.get("told", ()):
-            event = told.get("event", {})
+        for output in line.get("told", ()):
+            event = output.get("event", {})
             if event and EventKind(event["kind"]) in TOLD:
                 self._text = f"{event['kind']}: {event['text']}"
-            if view is not None and "judged" in told:
-                self.moments.append(_Moment(line["time_s"], view, (), _judged(told["judged"])))
-            elif view is not None and "tick" in told:
+            if view is not None and "judged" in output:
+                self.moments.append(_Moment(line["time_s"], view, (), _review_text(output["judged"])))
+            elif view is not None and "tick" in output:
                 self.moments.append(_Moment(line["time_s"], view, self._path, self._text))
 
 
-def _judged(data: dict[str, Any]) -> str:
+def _review_text(data: dict[str, Any]) -> str:
     verdict = "; ".join(f"{r['code']}: {r['detail']}" for r in data["verdict"].get("rejects", ()))
     plan = ", ".join(b["name"] for b in data["plan"]["behaviors"])
-    return f"{plan}: {'refused, ' + verdict if verdict else 'accepted'}"
+    return f"{plan}: {'rejected, ' + verdict if verdict else 'accepted'}"
 
 
 def _draw(axes: Axes, moment: _Moment, start_s: float) -> None:
@@ -138,24 +145,24 @@ def _draw(axes: Axes, moment: _Moment, start_s: float) -> None:
     if moment.path:
         s, d, _ = view.frame.to_road(np.array(moment.path))
         axes.plot(s, d, color=PATH, lw=1.5, zorder=4)
-    for i, thing in enumerate(view.objects):
-        place = (view.s[i], view.d[i], view.yaw[i])
-        colour = MOVING if view.moving[i] else OTHER
-        _box(axes, place, (view.half_length[i], view.half_width[i]), colour)
-        if abs(view.s[i] - view.ego_s) < AHEAD_M and thing.kind is not ObjectKind.CONE:
+    for i, obj in enumerate(view.objects):
+        pose = (view.s[i], view.d[i], view.yaw[i])
+        color = MOVING if view.moving[i] else OTHER
+        _box(axes, pose, (view.half_length[i], view.half_width[i]), color)
+        if abs(view.s[i] - view.ego_s) < AHEAD_M and obj.kind is not ObjectKind.CONE:
             speed = f" {3.6 * view.speed[i]:.0f} km/h" if view.moving[i] else ""
             axes.text(
-                view.s[i], view.d[i], thing.id + speed, fontsize=6, ha="center", va="center", clip_on=True, zorder=5
+                view.s[i], view.d[i], obj.id + speed, fontsize=6, ha="center", va="center", clip_on=True, zorder=5
             )
     ego = view.ego
     _box(axes, (view.ego_s, view.ego_d, view.ego_yaw), (ego.length_m / 2, ego.width_m / 2), EGO)
     axes.set_xlim(view.ego_s - BACK_M, view.ego_s + AHEAD_M)
-    shown = [
+    visible = [
         lane for lane in view.frame.lanes if lane.start_m < view.ego_s + AHEAD_M and lane.end_m > view.ego_s - BACK_M
     ]
     axes.set_ylim(
-        max(min((float(lane.right.min()) for lane in shown), default=0.0) - BESIDE_M, -ASIDE_M),
-        min(max((float(lane.left.max()) for lane in shown), default=0.0) + BESIDE_M, ASIDE_M),
+        max(min((float(lane.right.min()) for lane in visible), default=0.0) - BESIDE_M, -ASIDE_M),
+        min(max((float(lane.left.max()) for lane in visible), default=0.0) + BESIDE_M, ASIDE_M),
     )
     axes.set_aspect("equal")
     axes.set_xticks([])
@@ -164,9 +171,7 @@ def _draw(axes: Axes, moment: _Moment, start_s: float) -> None:
     axes.set_title(textwrap.shorten(title, COLUMNS), fontsize=8, loc="left")
 
 
-def _box(axes: Axes, place: tuple[float, float, float], half: tuple[float, float], colour: str) -> None:
-    cos, sin = np.cos(place[2]), np.sin(place[2])
+def _box(axes: Axes, pose: tuple[float, float, float], half: tuple[float, float], color: str) -> None:
+    cos, sin = np.cos(pose[2]), np.sin(pose[2])
     along, across = half[0] * np.array([1, 1, -1, -1]), half[1] * np.array([1, -1, -1, 1])
-    axes.fill(
-        place[0] + along * cos - across * sin, place[1] + along * sin + across * cos, color=colour, lw=0, zorder=3
-    )
+    axes.fill(pose[0] + along * cos - across * sin, pose[1] + along * sin + across * cos, color=color, lw=0, zorder=3)

@@ -16,19 +16,20 @@ from stucksolver.scene.json_text import JsonError, read_json
 _MARK = b',"hash":"'
 _TAIL = len(_MARK) + 64 + len(b'"}')
 START = "0" * 64
+"""Hash before the first line."""
 LAST_KIND = "end"
-"""The kind of the line that ends a record."""
+"""Kind of the line that ends a record."""
 LONGEST_LINE_BYTES = 16 * 1024 * 1024
-"""Longest line that is written or read: a thousand times the longest in the records of our tests (18 KB)."""
+"""Longest line that is written or read (bytes): a thousand times the longest in the tests' records (18 KB)."""
 _LOOKS_LIKE = "none of its lines ends in a hash, as every line of a record does"
 
 
 class RecordError(RuntimeError):
-    """A record cannot be written or read. The message names the file, the line if there is one, and the remedy."""
+    """Record that cannot be written or read. The message has the file, the line if there is one, and the remedy."""
 
 
 class ChainWriter:
-    """Appends lines to a new file, each in one call, so that a killed process leaves complete lines."""
+    """Writer of a new file. It appends each line in one call, so that a killed process leaves complete lines."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -44,7 +45,7 @@ class ChainWriter:
         """Append one line.
 
         Raises:
-            RecordError: It cannot be written. The lines before it are complete.
+            RecordError: The line cannot be written. The lines before it are complete.
         """
         body = json.dumps(data, ensure_ascii=False, separators=(",", ":"), allow_nan=False).encode()
         digest = _digest(self._hash, body)
@@ -57,6 +58,7 @@ class ChainWriter:
             while written < len(line):
                 written += self._file.write(line[written:])
         except OSError as error:
+            # A partial line is removed, if possible. The error of the write is the one to report.
             with contextlib.suppress(OSError):
                 self._file.truncate(self._end)
             raise _cannot_write(self.path, error) from error
@@ -65,6 +67,7 @@ class ChainWriter:
 
     def close(self) -> None:
         """Flush the file to the disk and close it."""
+        # The content is already in the file; a disk that cannot flush must not end the run.
         with contextlib.suppress(OSError):
             os.fsync(self._file.fileno())
         self._file.close()
@@ -73,7 +76,7 @@ class ChainWriter:
 def read_chain(path: Path) -> Iterator[tuple[int, dict[str, Any]]]:
     """Yield the number, counted from 1, and the content of each line.
 
-    An incomplete last line, which a killed process may leave, ends the reading without an error. Nothing may follow the
+    An incomplete last line, which a killed process may leave, ends the reading without an error. No line may follow the
     line that ends a record.
 
     Raises:
@@ -97,9 +100,9 @@ def _checked(path: Path) -> Iterator[tuple[dict[str, Any], str]]:
     before, ended = START, False
     number = 0
     for number, line in enumerate(_lines(path), 1):
-        where = f"{path}, line {number}"
+        location = f"{path}, line {number}"
         if ended:
-            raise RecordError(f"{where}: there is something after the record's last line; it was added later")
+            raise RecordError(f"{location}: content after the record's last line; it was added later")
         whole = line.endswith(b"\n")
         line = line.removesuffix(b"\n")
         if not whole and not _looks_whole(line):
@@ -107,14 +110,14 @@ def _checked(path: Path) -> Iterator[tuple[dict[str, Any], str]]:
                 raise _no_record(path)
             return
         if not whole:
-            raise RecordError(f"{where}: the end of this line was changed after writing")
+            raise RecordError(f"{location}: the end of this line was changed after writing")
         body, digest = line[:-_TAIL] + b"}", line[-_TAIL + len(_MARK) : -2].decode("ascii", "replace")
         if not _hash_stands_in(line) or _digest(before, body) != digest:
             if number == 1 and not any(_hash_stands_in(item.removesuffix(b"\n")) for item in _lines(path)):
                 raise _no_record(path)
-            raise RecordError(f"{where}: changed after writing (this line, or one missing before it)")
+            raise RecordError(f"{location}: changed after writing (this line, or one missing before it)")
         before = digest
-        data = _object(body, where)
+        data = _object(body, location)
         ended = data.get("kind") == LAST_KIND
         yield data, digest
 
@@ -133,14 +136,14 @@ def _lines(path: Path) -> Iterator[bytes]:
         raise RecordError(f"cannot read {path}: {error.strerror}; give a file `intervention-….jsonl`") from error
 
 
-def _object(body: bytes, where: str) -> dict[str, Any]:
+def _object(body: bytes, location: str) -> dict[str, Any]:
     """Return the content of a line."""
     try:
         data = read_json(body)
     except JsonError as error:
-        raise RecordError(f"{where}: this line cannot be read: {error}") from error
+        raise RecordError(f"{location}: this line cannot be read: {error}") from error
     if not isinstance(data, dict):
-        raise RecordError(f"{where}: this line cannot be read: it is no JSON object")
+        raise RecordError(f"{location}: this line cannot be read: expected a JSON object")
     return data
 
 
@@ -153,7 +156,7 @@ def _hash_stands_in(line: bytes) -> bool:
 
 
 def _looks_whole(last: bytes) -> bool:
-    """True if the last line has its hash but no line feed: a killed process cannot leave that."""
+    """True if the last line has its hash but no line feed, which a killed process cannot leave."""
     mark = last.rfind(_MARK)
     return mark >= 0 and len(last) - mark >= _TAIL
 

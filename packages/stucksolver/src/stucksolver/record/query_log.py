@@ -1,6 +1,6 @@
-"""Stores every question to a reasoner with the surroundings that the guard saw, as data for search and training.
+"""Stores every query to a reasoner with the surroundings for the guard, as data for search and training.
 
-A record of an intervention omits legitimate waits and stores differences. Here each line is self-contained.
+A record of an intervention omits legitimate waits and stores differences. In this file each line is self-contained.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ from stucksolver.solver.step_listener import SolverInfo, TransitionStep
 
 
 class LoggedQuery(FrozenModel):
-    """A question that was answered.
+    """Query that was answered.
 
     Attributes:
-        number: Its number in the drive, from 1.
-        reasoner: Who answered: `rules` also where the ladder's look for a wait answered instead of the reasoner.
-        scene: What the reasoner was told.
-        surroundings: What the guard saw at the same tick; None if nothing was seen.
-        decision: The answer.
+        number: Number of the query in the run, from 1.
+        reasoner: Name of the reasoner that answered. It is `rules` also if the ladder's check for a wait answered.
+        scene: Scene of the query.
+        surroundings: Surroundings for the guard at the same tick; None if there were none.
+        decision: Decision in the answer.
     """
 
     number: int
@@ -37,24 +37,26 @@ class LoggedQuery(FrozenModel):
 
 
 class QueryLog:
-    """A witness of the solver that appends an `LoggedQuery` to a file for each answer that was taken."""
+    """Step listener that appends a `LoggedQuery` to a file for each answer that was used."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
 
     def begin(self, facts: SolverInfo) -> None:
-        """Do nothing: the lines need no facts of the drive."""
+        """Do nothing: the lines do not depend on the solver's setup."""
 
     def step(self, step: TransitionStep) -> None:
-        """Append the question whose answer this step used.
+        """Append the query whose answer this step used.
 
         Raises:
             RecordError: The file cannot be written.
         """
-        asked, answer = step.before.activity, step.inputs.answer
-        if not isinstance(asked, Querying) or step.after.activity is asked or not isinstance(answer, ReasonerAnswer):
+        activity, answer = step.before.activity, step.inputs.answer
+        if not isinstance(activity, Querying) or step.after.activity is activity:
             return
-        query = asked.query
+        if not isinstance(answer, ReasonerAnswer):
+            return
+        query = activity.query
         line = LoggedQuery(
             number=query.number,
             reasoner=answer.reasoner,
@@ -66,21 +68,21 @@ class QueryLog:
             self._path.parent.mkdir(parents=True, exist_ok=True)
             append(self._path, (line.model_dump_json() + "\n").encode())
         except OSError as error:
-            raise RecordError(f"cannot write the questions to {self._path}: {error}") from error
+            raise RecordError(f"cannot write the queries to {self._path}: {error}") from error
 
     def fault(self, event: Event) -> None:
-        """Do nothing: nothing was asked."""
+        """Do nothing: a fault has no query."""
 
 
 def read_questions(path: Path) -> tuple[LoggedQuery, ...]:
-    """Read the questions of a drive; none if the file is missing, because nothing was asked.
+    """Read the queries of a run; none if the file is missing, because there was no query.
 
     Raises:
-        RecordError: A line is not a question.
+        RecordError: A line is not a query.
     """
     if not path.exists():
         return ()
     try:
         return tuple(LoggedQuery.model_validate_json(line) for line in path.read_text("utf-8").splitlines())
     except ValueError as error:
-        raise RecordError(f"{path} is not a file of questions: {error}") from error
+        raise RecordError(f"{path} is not a file of queries: {error}") from error

@@ -1,4 +1,4 @@
-"""One record: the content of its lines, and the images stored beside it."""
+"""One record: the content of its lines, and the images in a folder next to it."""
 
 from __future__ import annotations
 
@@ -38,15 +38,19 @@ from stucksolver.solver.state_machine.state import Querying, State
 from stucksolver.solver.step_listener import SolverInfo, TransitionStep
 
 FORMAT = 4
+"""Version of the file format."""
+WORDING = 2
+"""Version of the texts for people. A replay compares texts only if they have the present one. Raise it with them."""
 DETECTOR: TypeAdapter[DetectorSettings] = TypeAdapter(DetectorSettings)
 MOST_FILES = 100_000
+"""Maximum number of records in a folder. Ours."""
 
 
 @dataclass(frozen=True)
 class RecordLine:
-    """A line not yet converted to JSON, which happens outside the control loop. `seen` has packed surroundings."""
+    """Line before its conversion to JSON, which happens outside the control loop. `seen` has packed surroundings."""
 
-    said: TransitionStep | Event | RoadGeometry
+    entry: TransitionStep | Event | RoadGeometry
     seen: dict[str, Any] | None = None
     repeats: bool = False
     """True if the directive is the same as in an earlier line."""
@@ -60,32 +64,35 @@ class RecordFile:
 
         Args:
             folder: Folder of the records.
-            facts: The facts of the drive.
-            before: The state before the first step.
+            facts: Setup of the solver.
+            before: State before the first step.
         """
         self._folder = folder
         self._facts = facts
         self._before = before
         self._packer = DeltaEncoder()
-        self._told: Directive | None = None
+        self._last_directive: Directive | None = None
         self._chain: ChainWriter | None = None
 
     def open(self) -> Path:
         """Begin a new file, never an existing one.
 
         Raises:
-            RecordError: It cannot be written.
+            RecordError: The file cannot be written.
         """
         self._chain = _new_file(self._folder)
         self._line("begin", {**_facts(self._facts), "state": self._state(self._before)})
         return self._chain.path
 
     def compact(self, entry: TransitionStep | Event) -> list[RecordLine]:
-        """Return an entry as lines; fast, for the control loop. Call it in the order of the events."""
+        """Return an entry as lines; fast, for the control loop. Call it in the order of the events.
+
+        The order matters, because each line stores only the difference from the line before.
+        """
         if isinstance(entry, Event):
             return [RecordLine(entry)]
         seen = None if entry.sight is None else entry.sight.surroundings
-        repeats, self._told = entry.directive is self._told, entry.directive
+        repeats, self._last_directive = entry.directive is self._last_directive, entry.directive
         if seen is None:
             return [RecordLine(entry, repeats=repeats)]
         road = self._packer.new_road(seen)
@@ -96,23 +103,23 @@ class RecordFile:
         """Append lines.
 
         Raises:
-            RecordError: They cannot be written.
+            RecordError: The lines cannot be written.
         """
         for line in lines:
-            if isinstance(line.said, Event):
-                self._line("fault", {"event": event_data(line.said, None)})
-            elif isinstance(line.said, RoadGeometry):
-                self._line("road", {"road": line.said.model_dump(mode="json")})
+            if isinstance(line.entry, Event):
+                self._line("fault", {"event": event_data(line.entry, None)})
+            elif isinstance(line.entry, RoadGeometry):
+                self._line("road", {"road": line.entry.model_dump(mode="json")})
             else:
-                self._line("step", self._step(line.said, line))
+                self._line("step", self._step(line.entry, line))
 
     def end(self, how: str) -> None:
-        """Write the last line; a record without it is incomplete."""
+        """Write the last line. A record without it is incomplete."""
         self._line("end", {"how": how})
         self.leave()
 
     def leave(self) -> None:
-        """Close the file as it is."""
+        """Close the file without a last line."""
         if self._chain is not None:
             self._chain.close()
 
@@ -126,7 +133,7 @@ class RecordFile:
         return data
 
     def _step(self, step: TransitionStep, line: RecordLine) -> dict[str, Any]:
-        """Return the inputs, the events, and the directive if it changed."""
+        """Return the inputs, the outputs, and the directive if it changed."""
         data: dict[str, Any] = {"time_s": step.inputs.status.time_s - step.inputs.offset_s}
         data["in"] = inputs_data(step.inputs, accepted_answer(step))
         if step.sight is not None:
@@ -135,18 +142,18 @@ class RecordFile:
             data["seen"] = line.seen
         if step.snapshot is not None:
             data["asked"] = self._snapshot(step, step.snapshot)
-        if step.told:
-            data["told"] = [step_output_data(item, step) for item in step.told]
+        if step.outputs:
+            data["told"] = [step_output_data(item, step) for item in step.outputs]
         if not line.repeats:
             data["directive"] = step.directive.model_dump(mode="json")
         return data
 
     def _snapshot(self, step: TransitionStep, shot: SceneInput) -> dict[str, Any]:
-        """Return the scene as the reasoner saw it, if it was asked."""
-        asked = step.after.activity
-        scene = asked.query.scene if isinstance(asked, Querying) and shot.scene is not None else shot.scene
-        shown = None if scene is None else self._scene(scene)
-        return {"scene": shown, "why_none": shot.why_none, "camera_fault": shot.camera_fault}
+        """Return the scene for the reasoner, if the step queried one."""
+        activity = step.after.activity
+        scene = activity.query.scene if isinstance(activity, Querying) and shot.scene is not None else shot.scene
+        recorded = None if scene is None else self._scene(scene)
+        return {"scene": recorded, "why_none": shot.why_none, "camera_fault": shot.camera_fault}
 
     def _scene(self, scene: Scene) -> dict[str, Any]:
         data = scene.model_dump(mode="json")
@@ -161,7 +168,7 @@ class RecordFile:
 
 
 def image_of(data: dict[str, Any], folder: Path) -> dict[str, Any]:
-    """Return the JSON form of an image beside a record.
+    """Return the JSON form of an image next to a record.
 
     Raises:
         RecordError: The image is missing or was changed.
@@ -170,7 +177,7 @@ def image_of(data: dict[str, Any], folder: Path) -> dict[str, Any]:
     try:
         jpeg = path.read_bytes()
     except OSError as error:
-        raise RecordError(f"the image {path} is missing: keep the folder `images` beside the record") from error
+        raise RecordError(f"the image {path} is missing: keep the folder `images` next to the record") from error
     if hashlib.sha256(jpeg).hexdigest() != data["sha256"]:
         raise RecordError(f"the image {path} was changed after writing")
     return {"width": data["width"], "height": data["height"], "jpeg": base64.b64encode(jpeg).decode()}
@@ -179,7 +186,7 @@ def image_of(data: dict[str, Any], folder: Path) -> dict[str, Any]:
 def policy_of(data: dict[str, Any], path: Path) -> GuardPolicy:
     """Return the complete guard policy of a record.
 
-    Missing numbers get no default: the record's plans would be judged by bounds that were never used.
+    A missing number gets no default: the record's plans would be checked with bounds that were never used.
 
     Raises:
         RecordError: A number is missing or unknown.
@@ -191,13 +198,13 @@ def policy_of(data: dict[str, Any], path: Path) -> GuardPolicy:
     differs = next(_differences(data, policy.model_dump(mode="json")), None)
     if differs is not None:
         raise RecordError(
-            f"{path}: the guard's policy is another version's: {differs}; replay it with the version that wrote it"
+            f"{path}: the guard's policy is of another version: {differs}; replay it with the version that wrote it"
         )
     return policy
 
 
 def _differences(recorded: Any, read: Any, where: str = "") -> Iterator[str]:
-    """Yield the names of what is in only one of two JSON values, or differs."""
+    """Yield the names of values that are in only one of two JSON values, or differ."""
     if not (isinstance(recorded, dict) and isinstance(read, dict)):
         if recorded != read:
             yield where.removeprefix(".")
@@ -210,10 +217,11 @@ def _differences(recorded: Any, read: Any, where: str = "") -> Iterator[str]:
 
 
 def _facts(facts: SolverInfo) -> dict[str, Any]:
-    """Return everything that decides how a run goes, with versions."""
+    """Return everything that determines the course of a run, with versions."""
     return {
         "format": FORMAT,
         "schema": VERSION,
+        "wording": WORDING,
         "written": datetime.datetime.now(datetime.timezone.utc).isoformat(timespec="seconds"),
         "versions": {
             "stucksolver": importlib.metadata.version("stucksolver"),

@@ -14,7 +14,7 @@ from stucksolver.ladder import Ladder
 from stucksolver.plan import apply_limits_to_decision
 from stucksolver.reasoners import ReasonerAnswer, ReasonerError, ReasonerRequest, RuleReasoner, parse_trace
 from stucksolver.record.hash_chain import RecordError, read_chain
-from stucksolver.record.record_file import FORMAT, image_of, policy_of
+from stucksolver.record.record_file import DETECTOR, FORMAT, WORDING, image_of, policy_of
 from stucksolver.record.serialization import (
     accepted_answer,
     inputs_of,
@@ -31,13 +31,17 @@ from stucksolver.solver.state_machine.transition import transition
 from stucksolver.solver.step_listener import TransitionStep
 
 KINDS = ("begin", "road", "step", "fault", "end")
+"""Kinds of lines."""
 EQUAL = 1e-6
-"""Greatest relative difference between numbers: another processor may round differently."""
+"""Greatest relative difference between equal numbers: another processor may round differently."""
+
+PROSE = frozenset({"detail", "evidence", "outcome", "rationale", "reason", "text"})
+"""Fields with texts for people. No value is derived from them."""
 
 
 @dataclass(frozen=True)
 class ReplayFinding:
-    """A recorded value that is derived differently."""
+    """Recorded value that is derived differently."""
 
     line: int
     what: str
@@ -47,19 +51,21 @@ class ReplayFinding:
 
 @dataclass
 class Report:
-    """The result of a replay."""
+    """Result of a replay."""
 
     path: Path
     versions: dict[str, str] = field(default_factory=dict)
     lines: int = 0
     ended: str | None = None
-    """How the intervention ended; None for an incomplete record."""
+    """End of the intervention; None for an incomplete record."""
     decisions: int = 0
     underivable: int = 0
-    """Decisions of reasoners without a trace: they are recorded but cannot be derived."""
+    """Number of decisions by reasoners without a trace: they are recorded but cannot be derived."""
     plans: int = 0
     ticks: int = 0
     findings: list[ReplayFinding] = field(default_factory=list)
+    texts_compared: bool = True
+    """False for a record of a version that words its texts for people differently."""
 
     @property
     def matches(self) -> bool:
@@ -74,18 +80,18 @@ def replay(path: Path) -> Report:
         RecordError: The record was changed or cannot be read.
     """
     with contextlib.suppress(ImportError):
-        # The models' answer formats are registered where they are defined.
+        # The modules of the models register their answer formats. Without the package, such answers are not derived.
         importlib.import_module("stucksolver_language.llm.answer_parser")
     again = _Again(path)
     for number, data in read_chain(path):
         again.line(number, data)
     if not again.report.lines:
-        raise RecordError(f"{path}: this is an empty file, not a record")
+        raise RecordError(f"{path}: empty file, not a record")
     return again.report
 
 
 class _Again:
-    """Replays every step from the state to which the previous one led."""
+    """Replay of every step from the state after the previous one."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -105,7 +111,7 @@ class _Again:
         try:
             kind = data["kind"]
             if (number == 1) is not (kind == "begin"):
-                raise RecordError(f"{self._path}, line {number}: a record begins with its one line of kind `begin`")
+                raise RecordError(f"{self._path}, line {number}: a record has one line of kind `begin`, the first one")
             readers = {name: getattr(self, f"_{name}") for name in KINDS}
             readers.get(kind, self._unknown)(number, data)
         except (AttributeError, LookupError, TypeError, ValueError, ArithmeticError, RecursionError) as error:
@@ -118,13 +124,17 @@ class _Again:
 
     def _begin(self, number: int, data: dict[str, Any]) -> None:
         if data["format"] != FORMAT:
-            raise RecordError(f"{self._path}: written in format {data['format']}, this program reads {FORMAT}")
+            raise RecordError(
+                f"{self._path}: the record has format {data['format']}; this program reads format {FORMAT}"
+            )
         ladder = Ladder.model_validate(data["ladder"])
         names, observe_only = data["reasoners"], data["observe_only"]
         self.report.versions = data["versions"]
+        self.report.texts_compared = data.get("wording") == WORDING
         self._rules = RuleReasoner(ladder.waits.limits())
         guard = Guard(policy_of(data["policy"], self._path))
-        self._setup = SolverSetup(guard, ladder, names, data["ask_back"], observe_only)
+        detector = DETECTOR.validate_python(data["detector"])
+        self._setup = SolverSetup(guard, ladder, names, data["ask_back"], observe_only, detector)
         state = state_of(data["state"], ladder, frozenset(names), observe_only=observe_only)
         self._state = replace(state, scene=self._scene(data["state"]["scene"]))
 
@@ -132,7 +142,7 @@ class _Again:
         self._unpacker.add_road(data["road"])
 
     def _fault(self, number: int, data: dict[str, Any]) -> None:
-        """Handle a fault outside the steps: nothing follows from it."""
+        """Skip a fault outside the steps: no state depends on it."""
 
     def _end(self, number: int, data: dict[str, Any]) -> None:
         self.report.ended = data["how"]
@@ -140,7 +150,7 @@ class _Again:
     # ---- steps
 
     def _step(self, number: int, data: dict[str, Any]) -> None:
-        seen = self._unpacker.unpack(data["seen"]) if "seen" in data else None
+        surroundings = self._unpacker.unpack(data["seen"]) if "seen" in data else None
         self._directive = data.get("directive", self._directive)
         recorded: list[dict[str, Any]] = data.get("told", [])
         for item in recorded:
@@ -149,47 +159,49 @@ class _Again:
         if self._lost:
             return
         before = self._state
-        inputs = inputs_of(data["in"], sight_of(data.get("sight"), seen), self._snapshot(data), before.question)
-        self._state, directive, told = transition(before, inputs, self._setup)
-        step = TransitionStep(before, inputs, None, None, self._state, directive, told)
-        derived = [step_output_data(item, step) for item in told]
+        inputs = inputs_of(data["in"], sight_of(data.get("sight"), surroundings), self._snapshot(data), before.question)
+        self._state, directive, outputs = transition(before, inputs, self._setup)
+        step = TransitionStep(before, inputs, None, None, self._state, directive, outputs)
+        derived = [step_output_data(item, step) for item in outputs]
         self._decision(number, step)
         if [_kind(item) for item in recorded] != [_kind(item) for item in derived]:
             self._first_difference(number, recorded, derived)
-            self._differs(number, "what happened", _kinds(recorded), f"{_kinds(derived)}; nothing after it is derived")
+            derived_text = f"{_kinds(derived)}; no later step is derived"
+            self._differs(number, "what happened", _kinds(recorded), derived_text)
             self._lost = True
             return
         for item, other in zip(recorded, derived, strict=True):
             self._compare(number, item, other)
-        if not _same(self._directive, directive.model_dump(mode="json")):
-            self._differs(number, "directive", _said(self._directive), _said(directive.model_dump(mode="json")))
+        if not self._same(self._directive, directive.model_dump(mode="json")):
+            derived_directive = directive.model_dump(mode="json")
+            self._differs(number, "directive", _directive_text(self._directive), _directive_text(derived_directive))
 
     def _first_difference(self, number: int, recorded: list[dict[str, Any]], derived: list[dict[str, Any]]) -> None:
         """Report the verdict at which the runs diverged, if it was a verdict."""
         for item, other in zip(recorded, derived, strict=False):
-            found = len(self.report.findings)
+            count = len(self.report.findings)
             if _kind(item) == _kind(other):
                 self._compare(number, item, other)
-            if len(self.report.findings) > found:
+            if len(self.report.findings) > count:
                 return
 
     def _compare(self, number: int, recorded: dict[str, Any], derived: dict[str, Any]) -> None:
         ((kind, first),), ((_, second),) = recorded.items(), derived.items()
-        if _same(first, second):
+        if self._same(first, second):
             return
         if kind == "event":
-            self._differs(number, f"event {first['kind']}", first["text"], _where(first, second))
+            self._differs(number, f"event {first['kind']}", first["text"], self._where(first, second))
             return
         verdicts = [Verdict.model_validate(each.get("verdict", {})) for each in (first, second)]
-        if _same(verdicts[0].model_dump(mode="json"), verdicts[1].model_dump(mode="json")):
-            self._differs(number, "plan" if kind == "judged" else "outcome", str(first), _where(first, second))
+        if self._same(verdicts[0].model_dump(mode="json"), verdicts[1].model_dump(mode="json")):
+            self._differs(number, "plan" if kind == "judged" else "outcome", str(first), self._where(first, second))
         else:
             what = "verdict at acceptance" if kind == "judged" else "verdict on a tick"
             self._differs(number, what, str(verdicts[0]), str(verdicts[1]))
 
     def _snapshot(self, data: dict[str, Any]) -> SceneInput:
-        asked = data.get("asked")
-        return snapshot_of(None if asked is None else {**asked, "scene": self._with_image(asked["scene"])})
+        query = data.get("asked")
+        return snapshot_of(None if query is None else {**query, "scene": self._with_image(query["scene"])})
 
     def _scene(self, data: dict[str, Any] | None) -> Scene | None:
         return None if data is None else Scene.model_validate(self._with_image(data))
@@ -201,7 +213,7 @@ class _Again:
     # ---- decisions
 
     def _decision(self, number: int, step: TransitionStep) -> None:
-        """Ask the reasoner about the same scene again and compare its answer."""
+        """Query the reasoner for the same scene again and compare its answer."""
         answer = accepted_answer(step)
         if not isinstance(answer, ReasonerAnswer):
             return
@@ -221,40 +233,40 @@ class _Again:
             self._differs(number, "decision", recorded.rationale, f"no answer: {error}")
             return
         derived = apply_limits_to_decision(derived, scene)
-        if not _same(recorded.model_dump(mode="json"), derived.model_dump(mode="json")):
+        if not self._same(recorded.model_dump(mode="json"), derived.model_dump(mode="json")):
             self._differs(number, "decision", recorded.rationale, derived.rationale)
+
+    def _where(self, first: dict[str, Any], second: dict[str, Any]) -> str:
+        """Return the first field in which the second value differs, with its content."""
+        name = next(k for k in sorted(first.keys() | second.keys()) if not self._same(first.get(k), second.get(k)))
+        return f"{name}: {second.get(name)}"
+
+    def _same(self, first: Any, second: Any) -> bool:
+        """Return True if two values are equal: numbers up to rounding, texts for people only in the same version."""
+        if isinstance(first, float) and isinstance(second, float):
+            return math.isclose(first, second, rel_tol=EQUAL, abs_tol=EQUAL)
+        if isinstance(first, dict) and isinstance(second, dict):
+            prose = frozenset[str]() if self.report.texts_compared else PROSE
+            compared = [name for name in first if name not in prose or not isinstance(first[name], str)]
+            return first.keys() == second.keys() and all(self._same(first[name], second[name]) for name in compared)
+        if isinstance(first, list) and isinstance(second, list):
+            return len(first) == len(second) and all(map(self._same, first, second))
+        return bool(first == second)
 
     def _differs(self, line: int, what: str, recorded: str, derived: str) -> None:
         self.report.findings.append(ReplayFinding(line, what, recorded, derived))
 
 
-def _kind(told: dict[str, Any]) -> str:
-    """Return the kind of event in a word or two."""
-    ((kind, data),) = told.items()
+def _kind(output: dict[str, Any]) -> str:
+    """Return the kind of a step output in a word or two."""
+    ((kind, data),) = output.items()
     return str(data["kind"]) if kind == "event" else kind
 
 
-def _kinds(told: list[dict[str, Any]]) -> str:
-    return ", ".join(map(_kind, told)) or "nothing"
+def _kinds(outputs: list[dict[str, Any]]) -> str:
+    return ", ".join(map(_kind, outputs)) or "nothing"
 
 
-def _where(first: dict[str, Any], second: dict[str, Any]) -> str:
-    """Return the first field in which the second one differs, with its value."""
-    name = next(k for k in sorted(first.keys() | second.keys()) if not _same(first.get(k), second.get(k)))
-    return f"{name}: {second.get(name)}"
-
-
-def _said(directive: dict[str, Any]) -> str:
+def _directive_text(directive: dict[str, Any]) -> str:
     behavior = directive.get("behavior")
     return f"execute {behavior['name']}" if behavior else str(directive)
-
-
-def _same(first: Any, second: Any) -> bool:
-    """Compare two values, numbers up to rounding."""
-    if isinstance(first, float) and isinstance(second, float):
-        return math.isclose(first, second, rel_tol=EQUAL, abs_tol=EQUAL)
-    if isinstance(first, dict) and isinstance(second, dict):
-        return first.keys() == second.keys() and all(_same(first[k], second[k]) for k in first)
-    if isinstance(first, list) and isinstance(second, list):
-        return len(first) == len(second) and all(map(_same, first, second))
-    return bool(first == second)

@@ -27,7 +27,8 @@ from stucksolver.solver.step_listener import TransitionStep
 
 Data = dict[str, Any]
 APPROVALS: TypeAdapter[Approvals] = TypeAdapter(Approvals)
-NOT_LOOKED = "the record has nothing of this"
+NOT_LOOKED = "the record does not contain this input"
+"""Fault of an input that the recorded step did not use."""
 SIMPLE = (
     "question_since_s",
     "questions",
@@ -48,9 +49,9 @@ FORMER_NAMES = {
     "told_fault": "reported_fault",
     "words_escalation": "guidance_escalation",
 }
-"""Names of fields in records of earlier versions."""
+"""Present names of fields, by their names in records of earlier versions."""
 SELDOM: Data = {"barred_m": None, "stop_said_s": None, "letting_out": False}
-"""More of them, which are left out if they have these values."""
+"""Fields of that kind that are omitted if they have these values."""
 
 
 def finite(value: float | None) -> float | str | None:
@@ -59,7 +60,7 @@ def finite(value: float | None) -> float | str | None:
 
 
 def of_finite(value: float | str | None) -> float:
-    """Reverse `finite`.
+    """Return the inverse of `finite`.
 
     Raises:
         ValueError: The value is not a number.
@@ -89,7 +90,13 @@ def state_data(state: State) -> Data:
 
 
 def state_of(data: Data, ladder: Ladder, reasoners: frozenset[str], *, observe_only: bool) -> State:
-    """Reverse `state_data`. Raises `KeyError`, `TypeError` or `ValueError` for invalid data."""
+    """Return the inverse of `state_data`.
+
+    Raises:
+        KeyError: A field is missing.
+        TypeError: A value has the wrong type.
+        ValueError: A value is invalid.
+    """
     first = first_state(ladder, reasoners, observe_only=observe_only)
     data = {FORMER_NAMES.get(name, name): value for name, value in data.items()}
     onset, words, trigger = data["onset"], data.get("words"), data["trigger"]
@@ -144,7 +151,7 @@ def _escalation_of(first: Escalation, data: Data) -> Escalation:
 def inputs_data(inputs: Inputs, answer: ReasonerAnswer | NoAnswer | None) -> Data:
     """Return the inputs that differ from their defaults, without the surroundings and the scene.
 
-    `answer` is the reasoner's answer, if this step took one.
+    `answer` is the reasoner's answer, if this step used one.
     """
     data: Data = {"status": inputs.status.model_dump(mode="json", exclude_defaults=True)}
     for name in ("slow_since_s", "progress_in_window_m", "jump_s"):
@@ -173,12 +180,16 @@ def inputs_data(inputs: Inputs, answer: ReasonerAnswer | NoAnswer | None) -> Dat
 
 
 def inputs_of(data: Data, sight: SurroundingsInput, snapshot: SceneInput, question: Question | None) -> Inputs:
-    """Reverse `inputs_data`; `question` is the open one. Raises `KeyError`, `TypeError` or `ValueError` for
-    invalid data.
+    """Return the inverse of `inputs_data`; `question` is the open question.
+
+    Raises:
+        KeyError: A field is missing.
+        TypeError: A value has the wrong type.
+        ValueError: A value is invalid.
     """
     heard, reply, answer = data.get("heard"), data.get("reply"), data.get("answer")
     if reply is not None and question is None:
-        raise ValueError("a person's answer belongs to no open question")
+        raise ValueError("the reply belongs to no open question")
     return Inputs(
         status=Status.model_validate(data["status"]),
         look=lambda: sight,
@@ -206,7 +217,7 @@ def _answer_of(data: Data | None) -> ReasonerAnswer | NoAnswer | None:
 
 
 def sight_of(data: Data | None, seen: Surroundings | None) -> SurroundingsInput:
-    """Return what the senses showed. A step that did not look has no sight, and must not look in the replay either."""
+    """Return the recorded surroundings. A step that read none has none, and must not read any in the replay either."""
     return (
         SurroundingsInput(None, NOT_LOOKED, math.inf)
         if data is None
@@ -227,13 +238,13 @@ def snapshot_of(data: Data | None) -> SceneInput:
 
 def accepted_answer(step: TransitionStep) -> ReasonerAnswer | NoAnswer | None:
     """Return the reasoner's answer, if this step acted on it."""
-    asked = step.before.activity
-    taken = isinstance(asked, Querying) and step.after.activity is not asked
-    return step.inputs.answer if taken else None
+    activity = step.before.activity
+    used = isinstance(activity, Querying) and step.after.activity is not activity
+    return step.inputs.answer if used else None
 
 
 def step_output_data(output: StepOutput, step: TransitionStep) -> Data:
-    """Return an event, a judgement or a tick of a running plan. Surroundings and directive are stored in the step."""
+    """Return an event, a plan review or a tick of a running plan. The step stores surroundings and directive."""
     if isinstance(output, Event):
         return {"event": event_data(output, accepted_answer(step))}
     verdict = output.verdict.model_dump(mode="json", exclude_defaults=True)
@@ -253,8 +264,8 @@ def step_output_data(output: StepOutput, step: TransitionStep) -> Data:
 
 
 def event_data(event: Event, answer: ReasonerAnswer | NoAnswer | None) -> Data:
-    """Return an event without its scene, stored with the question, and without a decision that is among the inputs."""
-    came_in = isinstance(answer, ReasonerAnswer) and event.decision is answer.decision
-    elsewhere = {"scene", "decision", "trace"} if came_in else {"scene"}
-    data = event.model_dump(mode="json", exclude_none=True, exclude=elsewhere)
+    """Return an event without its scene, stored with the query, and without a decision that is among the inputs."""
+    is_input = isinstance(answer, ReasonerAnswer) and event.decision is answer.decision
+    stored_before = {"scene", "decision", "trace"} if is_input else {"scene"}
+    data = event.model_dump(mode="json", exclude_none=True, exclude=stored_before)
     return {key: value for key, value in data.items() if value is not False or key == "answer"}

@@ -1,4 +1,4 @@
-"""Compact surroundings: the road once, and otherwise only what has changed since the previous line."""
+"""Compact surroundings: the road once, and otherwise only the changes since the previous line."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Data = dict[str, Any]
 
 
 class DeltaEncoder:
-    """Computes differences. Use one per file, in the order of its lines.
+    """Encoder of differences. Use one per file, in the order of its lines.
 
     It runs in the control loop and is fast: unchanged parts are only compared, never converted.
     """
@@ -23,34 +23,34 @@ class DeltaEncoder:
         self._objects: dict[str, TrackedObject] = {}
         self._roads: set[str] = set()
 
-    def new_road(self, seen: Surroundings) -> RoadGeometry | None:
+    def new_road(self, surroundings: Surroundings) -> RoadGeometry | None:
         """Return the road when it appears for the first time."""
-        if seen.road.key in self._roads:
+        if surroundings.road.key in self._roads:
             return None
-        self._roads.add(seen.road.key)
-        return seen.road
+        self._roads.add(surroundings.road.key)
+        return surroundings.road
 
-    def pack(self, seen: Surroundings) -> Data:
+    def pack(self, surroundings: Surroundings) -> Data:
         """Return the difference from the surroundings packed before, as JSON values."""
-        last, self._last = self._last, seen
-        packed = _changed(last, seen, without=("road", "objects"))
-        if last is None or last.road.key != seen.road.key:
-            packed["road"] = seen.road.key
-        objects = {o.id: o for o in seen.objects}
+        last, self._last = self._last, surroundings
+        packed = _changed(last, surroundings, without=("road", "objects"))
+        if last is None or last.road.key != surroundings.road.key:
+            packed["road"] = surroundings.road.key
+        objects = {o.id: o for o in surroundings.objects}
         before, self._objects = self._objects, objects
         if last is None or objects.keys() != before.keys() or tuple(objects) != tuple(before):
             packed["ids"] = list(objects)
-        found = {}
+        changes = {}
         for name, o in objects.items():
             change = _changed(before.get(name), o)
             if change:
-                found[name] = change
-        packed["objects"] = found
+                changes[name] = change
+        packed["objects"] = changes
         return packed
 
 
 class DeltaDecoder:
-    """Reverses `DeltaEncoder`; floats are restored to the last bit."""
+    """Inverse of `DeltaEncoder`; floats are restored to the last bit."""
 
     def __init__(self) -> None:
         self._last: Data = {}
@@ -75,19 +75,19 @@ class DeltaDecoder:
 
 
 def _changed(old: FrozenModel | None, new: FrozenModel, without: tuple[str, ...] = ()) -> Data:
-    """Return the fields of a record that differ from another one, recursively for nested records."""
+    """Return the fields of a model that differ from those of another one, recursively for nested models."""
     if old is new:
         return {}
     before = {} if old is None else vars(old)
-    found: Data = {}
+    changes: Data = {}
     for name, value in vars(new).items():
         was = before.get(name, _changed)
         if name in without or value is was or value == was:
             continue
-        found[name] = (
+        changes[name] = (
             _changed(was, value) if isinstance(value, FrozenModel) and isinstance(was, FrozenModel) else _plain(value)
         )
-    return found
+    return changes
 
 
 def _plain(value: Any) -> Any:

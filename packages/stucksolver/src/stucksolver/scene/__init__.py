@@ -1,4 +1,4 @@
-"""The data that the solver receives."""
+"""Data types that the solver receives."""
 
 from stucksolver.scene.failed_attempts import AttemptOutcome, FailedAttempt, PlanFailure, RejectCode
 from stucksolver.scene.interpretation import REQUESTS, Claim, GuidanceIntent, GuidanceLimits, Interpretation, Side
@@ -22,6 +22,8 @@ from stucksolver.scene.road import (
     ZoneKind,
 )
 from stucksolver.scene.scene import (
+    EXPECTED_PROGRESS_M,
+    IMMOBILIZED_BELOW_MPS,
     MAX_WORDS,
     AvailableBehavior,
     CameraImage,
@@ -46,6 +48,8 @@ from stucksolver.scene.surroundings import (
 )
 
 __all__ = [
+    "EXPECTED_PROGRESS_M",
+    "IMMOBILIZED_BELOW_MPS",
     "MAX_WORDS",
     "MOTOR_VEHICLES",
     "ON_FOOT",

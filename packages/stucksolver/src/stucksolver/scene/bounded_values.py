@@ -1,7 +1,7 @@
-"""Reads a model of unknown origin again with bounded effort: whatever stands in it, nothing of it is called.
+"""Copies a model of unknown origin with bounded effort and without calling any code of its values.
 
-A stack's scene and a reasoner's answer may have been created without validation, and their fields may hold anything:
-a million entries, lists that contain themselves, objects whose attributes raise.
+The scene of a stack and the answer of a reasoner may have been created without validation. Their fields may then hold
+anything: a million entries, lists that contain themselves, objects whose attributes raise.
 """
 
 from __future__ import annotations
@@ -14,35 +14,35 @@ from typing import Any, TypeVar, get_args, get_origin
 
 from pydantic import ValidationError
 
-from stucksolver.scene.base_model import FrozenModel, first_problem
+from stucksolver.scene.base_model import FrozenModel, RegisteredModels, first_problem
 
 M = TypeVar("M", bound=FrozenModel)
-Where = tuple[Any, str]
-"""The place of a value: that of the value that holds it, and its name there. It becomes a text only in an error."""
+Location = tuple[Any, str]
+"""Location of a value: location of its container, and its name in it. It becomes a text only in an error."""
 MOST_VALUES = 200_000
-"""Values that are read at most: a scene has about 40 for each object."""
+"""Maximum number of values in a model. A scene has about 40 for each object. Ours."""
 MOST_CHARACTERS = 16_000_000
-"""Characters that are read at most: a camera image has a million, a model's prompt 50,000."""
+"""Maximum number of characters in a model. A camera image has a million, the prompt of a model 50,000. Ours."""
 DEEPEST = 24
-"""Depth to which lists and models may be nested: a behaviour's JSON schema is 8 deep."""
+"""Maximum nesting depth of lists and models. The JSON schema of a behavior is 8 deep. Ours."""
 LARGEST_INT = 2**63
-"""No whole number in a message is larger."""
+"""Upper bound for the size of a whole number: no message has a larger one."""
 
 
 class MalformedError(ValueError):
-    """Something is not what it should be. The message is one line and names the first field that is wrong."""
+    """Malformed model. The message is one line and names the first field that is wrong."""
 
 
 def read_again(value: object, kind: type[M], most_values: int = MOST_VALUES) -> M:
     """Return a validated copy of a model.
 
     Args:
-        value: What claims to be of that kind.
-        kind: The class of the model.
-        most_values: Values that are read at most.
+        value: Claimed model of that class.
+        kind: Class of the model.
+        most_values: Maximum number of values in the model.
 
     Raises:
-        MalformedError: It is of another kind, too large, nested too deeply, or a value in it is refused.
+        MalformedError: The value has another class, is too large, is nested too deeply, or contains a rejected value.
     """
     try:
         if type(value) is not kind:
@@ -57,14 +57,14 @@ def read_again(value: object, kind: type[M], most_values: int = MOST_VALUES) -> 
 
 
 class _Reader:
-    """Turns a model into plain values, and counts what it reads."""
+    """Converts a model to plain values and counts them."""
 
     def __init__(self, kind: type[FrozenModel], most_values: int) -> None:
         self._known = known_types(kind)
         self._values, self._characters = most_values, MOST_CHARACTERS
 
-    def read(self, value: Any, where: Where, depth: int) -> Any:
-        """Return the plain form of a value. `where` is its place, for the message."""
+    def read(self, value: Any, location: Location, depth: int) -> Any:
+        """Return the plain form of a value. `location` is its position, for the message."""
         kind = type(value)
         if kind is float:
             return value
@@ -73,83 +73,107 @@ class _Reader:
         if kind is str or kind is bytes:
             self._characters -= len(value)
             if self._characters < 0:
-                raise MalformedError(f"{_named(where)}: more than {MOST_CHARACTERS} characters in all")
-            return _encodable(value, where) if kind is str else base64.b64encode(value)
+                raise MalformedError(f"{_named(location)}: more than {MOST_CHARACTERS} characters in all")
+            return _encodable(value, location) if kind is str else base64.b64encode(value)
         if issubclass(kind, float) and not issubclass(kind, Enum):
             return float.__float__(value)
         if issubclass(kind, int) and not issubclass(kind, Enum):
             number = int.__index__(value)
             if abs(number) > LARGEST_INT:
-                raise MalformedError(f"{_named(where)}: a number beyond all bounds")
+                raise MalformedError(f"{_named(location)}: a number beyond all bounds")
             return number
         if depth >= DEEPEST:
-            raise MalformedError(f"{_named(where)}: nested more than {DEEPEST} deep")
-        return self._read_many(value, kind, where, depth + 1)
+            raise MalformedError(f"{_named(location)}: nested more than {DEEPEST} deep")
+        return self._read_many(value, kind, location, depth + 1)
 
-    def _read_many(self, value: Any, kind: type, where: Where, depth: int) -> Any:
+    def _read_many(self, value: Any, kind: type, location: Location, depth: int) -> Any:
         if kind is tuple or kind is list:
-            self._count(len(value), where)
-            return [self.read(item, (where, f"[{k}]"), depth) for k, item in enumerate(value)]
+            self._count(len(value), location)
+            return [self.read(item, (location, f"[{k}]"), depth) for k, item in enumerate(value)]
         if kind is dict and dict in self._known:
-            self._count(len(value), where)
+            self._count(len(value), location)
             if any(type(name) is not str for name in value):
-                raise MalformedError(f"{_named(where)}: a name that is not a text")
+                raise MalformedError(f"{_named(location)}: a name that is not a text")
             return {
-                _encodable(name, where): self.read(item, (where, f"[{name[:40]!a}]"), depth)
+                _encodable(name, location): self.read(item, (location, f"[{name[:40]!a}]"), depth)
                 for name, item in value.items()
             }
         if kind not in self._known:
-            raise MalformedError(f"{_named(where)}: a {kind.__name__} has no place here")
-        held = object.__getattribute__(value, "__dict__")
-        fields = [name for name in kind.model_fields if name in held]  # type: ignore[attr-defined]
-        self._count(len(fields), where)
-        return {name: self.read(held[name], (where, f".{name}"), depth) for name in fields}
+            raise MalformedError(f"{_named(location)}: a {kind.__name__} has no place here")
+        content = object.__getattribute__(value, "__dict__")
+        fields = [name for name in kind.model_fields if name in content]  # type: ignore[attr-defined]
+        self._count(len(fields), location)
+        return {name: self.read(content[name], (location, f".{name}"), depth) for name in fields}
 
-    def _count(self, many: int, where: Where) -> None:
+    def _count(self, many: int, location: Location) -> None:
         self._values -= many
         if self._values < 0:
-            raise MalformedError(f"{_named(where)}: too many values in all")
+            raise MalformedError(f"{_named(location)}: too many values in all")
 
 
-def _named(where: Where | None) -> str:
-    """Return a place as text, such as `RecoveryPlan.behaviors[0].speed_mps`."""
+def _named(location: Location | None) -> str:
+    """Return a location as text, such as `RecoveryPlan.behaviors[0].speed_mps`."""
     names: list[str] = []
-    while where is not None:
-        where, name = where
+    while location is not None:
+        location, name = location
         names.append(name)
     return "".join(reversed(names))
 
 
-def _encodable(text: str, where: Where) -> str:
-    """Return a text that a record can hold."""
+def _encodable(text: str, location: Location) -> str:
+    """Return the text if a record can store it.
+
+    Raises:
+        MalformedError: The text has characters without an encoding in UTF-8.
+    """
     if text.isascii():
         return text
     try:
         text.encode()
     except UnicodeEncodeError as error:
-        raise MalformedError(f"{_named(where)}: characters that no record can hold") from error
+        raise MalformedError(f"{_named(location)}: characters that no record can hold") from error
     return text
 
 
-@cache
 def known_types(kind: type[FrozenModel]) -> frozenset[type]:
     """Return the models, the enumerations and the mappings that may occur in a model, by its fields' annotations."""
     found: set[type] = set()
-    waiting: list[type] = [kind]
+    waiting: list[type[FrozenModel]] = [kind]
     while waiting:
-        item = waiting.pop()
-        if item in found:
-            continue
-        found.add(item)
-        if issubclass(item, FrozenModel):
-            for field in item.model_fields.values():
-                waiting += [part for part in _parts(field.annotation) if issubclass(part, (FrozenModel, Enum, dict))]
+        annotated, registered = _annotated_types(waiting.pop())
+        found |= annotated
+        waiting += [model for item in registered for model in item.models() if model not in found]
     return frozenset(found)
 
 
-def _parts(annotation: Any) -> Iterator[type]:
-    """Yield the classes in an annotation."""
+@cache
+def _annotated_types(kind: type[FrozenModel]) -> tuple[frozenset[type], frozenset[RegisteredModels]]:
+    """Return the types that may occur in a model, without the registered models, and the annotations of these."""
+    types: set[type] = set()
+    registered: set[RegisteredModels] = set()
+    waiting: list[type] = [kind]
+    while waiting:
+        item = waiting.pop()
+        if item in types:
+            continue
+        types.add(item)
+        if issubclass(item, FrozenModel):
+            for field in item.model_fields.values():
+                for part in _parts(field.annotation, tuple(field.metadata)):
+                    if isinstance(part, RegisteredModels):
+                        registered.add(part)
+                    elif issubclass(part, (FrozenModel, Enum, dict)):
+                        waiting.append(part)
+    return frozenset(types), frozenset(registered)
+
+
+def _parts(annotation: Any, metadata: tuple[Any, ...] = ()) -> Iterator[type | RegisteredModels]:
+    """Yield the classes in an annotation. An annotation of registered models stands for the class that it annotates."""
     inner = get_args(annotation)
+    registered = [item for item in (*metadata, *inner) if isinstance(item, RegisteredModels)]
+    if registered:
+        yield from registered
+        return
     if get_origin(annotation) is dict:
         yield dict
     if not inner and isinstance(annotation, type):

@@ -1,4 +1,4 @@
-"""Separation of oriented boxes, for many pairs at once."""
+"""Gaps between oriented boxes, for many pairs at once."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ import numpy as np
 from stucksolver.scene.frenet import Array
 
 Pose = tuple[Any, Any, Any]
-"""(x, y, yaw): arrays or numbers that broadcast together."""
+"""(x, y, yaw): arrays or numbers that broadcast together (m, m, rad)."""
 HalfSize = tuple[Any, Any]
-"""(half length, half width)."""
+"""(half length, half width) (m)."""
 
 
 Axis = tuple[Any, Any, Any]
-"""(x, y) of a unit vector, and the distance of the centres along it below which the boxes overlap."""
+"""(x, y) of a unit vector, and the distance of the box centers along it below which the boxes overlap (m)."""
 
 
 class AxisGaps(NamedTuple):
@@ -31,18 +31,18 @@ class AxisGaps(NamedTuple):
 
     @property
     def separation(self) -> Array:
-        """The largest of the four gaps; see the function `separation`."""
+        """Largest of the four gaps (m); see the function `separation`."""
         result: Array = np.maximum(np.maximum(self.along_a, self.across_a), np.maximum(self.along_b, self.across_b))
         return result
 
     def with_a_wider(self, margin_m: Any) -> AxisGaps:
-        """The gaps if box `a` is wider by a margin on each side."""
-        beside, along, across = self.across_a - margin_m, margin_m * self.sin, margin_m * self.cos
-        return self._replace(across_a=beside, along_b=self.along_b - along, across_b=self.across_b - across)
+        """Return the gaps with box `a` widened by a margin on each side (m)."""
+        across_gap, along, across = self.across_a - margin_m, margin_m * self.sin, margin_m * self.cos
+        return self._replace(across_a=across_gap, along_b=self.along_b - along, across_b=self.across_b - across)
 
 
 def axis_gaps(a: Pose, a_half: HalfSize, b: Pose, b_half: HalfSize) -> AxisGaps:
-    """Return the gaps between two boxes, or between many pairs at once; the poses and sizes broadcast together."""
+    """Return the gaps between two boxes, or between many pairs; poses and sizes broadcast together."""
     dx, dy = np.asarray(b[0]) - a[0], np.asarray(b[1]) - a[1]
     axes, cos, sin = _axes(a, a_half, b, b_half)
     along_a, across_a, along_b, across_b = (np.abs(dx * x + dy * y) - reach for x, y, reach in axes)
@@ -50,11 +50,9 @@ def axis_gaps(a: Pose, a_half: HalfSize, b: Pose, b_half: HalfSize) -> AxisGaps:
 
 
 def _axes(a: Pose, a_half: HalfSize, b: Pose, b_half: HalfSize) -> tuple[tuple[Axis, ...], Array, Array]:
-    """Return the axes along and across a, along and across b, and the absolute cosine and sine of the angle
-    between them.
-    """
+    """Return the axes along and across a and b, and the absolute cosine and sine of the angle between the boxes."""
     ca, sa, cb, sb = np.cos(a[2]), np.sin(a[2]), np.cos(b[2]), np.sin(b[2])
-    # The addition theorems give the angle between the boxes with far fewer sines than there are pairs.
+    # The addition theorems need only the sines and cosines of the headings, which are far fewer than the pairs.
     cos, sin = np.abs(ca * cb + sa * sb), np.abs(ca * sb - sa * cb)
     axes = (
         (ca, sa, a_half[0] + b_half[0] * cos + b_half[1] * sin),
@@ -68,8 +66,8 @@ def _axes(a: Pose, a_half: HalfSize, b: Pose, b_half: HalfSize) -> tuple[tuple[A
 def separation(a: Pose, a_half: HalfSize, b: Pose, b_half: HalfSize) -> Array:
     """Return the largest gap between two boxes over the four axes of the separating-axis test (m).
 
-    A negative value means that they overlap. A positive one is exact if a side faces the other box. From corner to
-    corner it is a lower bound, so a check against a required gap is on the safe side.
+    A negative value means that the boxes overlap. A positive value is exact if a side faces the other box. From corner
+    to corner it is a lower bound, so a check against a required gap errs on the safe side.
     """
     return axis_gaps(a, a_half, b, b_half).separation
 
@@ -77,8 +75,8 @@ def separation(a: Pose, a_half: HalfSize, b: Pose, b_half: HalfSize) -> Array:
 def time_to_contact(a: Pose, a_half: HalfSize, b: Pose, b_half: HalfSize, relative_mps: tuple[Any, Any]) -> Array:
     """Return the time until two boxes touch (s), if both keep their headings and b moves relative to a.
 
-    The result is exact: on each axis of the separating-axis test the boxes overlap during one time span, and they touch
-    while all four spans hold.
+    The result is exact. On each axis of the separating-axis test the boxes overlap during one time span. The boxes
+    touch while all four spans hold.
 
     Args:
         a: Pose of box a (m, m, rad).
@@ -88,7 +86,7 @@ def time_to_contact(a: Pose, a_half: HalfSize, b: Pose, b_half: HalfSize, relati
         relative_mps: Velocity (x, y) of b relative to a (m/s).
 
     Returns:
-        The time (s); 0 if they already touch, infinity if they never will.
+        Time (s); 0 if the boxes touch now, infinity if they never touch.
     """
     dx, dy = np.asarray(b[0]) - a[0], np.asarray(b[1]) - a[1]
     begins: Array = np.zeros(np.shape(dx))
@@ -101,7 +99,7 @@ def time_to_contact(a: Pose, a_half: HalfSize, b: Pose, b_half: HalfSize, relati
 
 
 def _overlap_span(distance_m: Array, speed_mps: Array, reach_m: Array) -> tuple[Array, Array]:
-    """Return when a moving point at a signed distance enters and leaves the reach (s); (inf, -inf) if never."""
+    """Return when a moving point enters and leaves the reach around zero (s); (inf, -inf) if it never enters."""
     standing = np.abs(speed_mps) < 1e-9
     speed = np.where(standing, 1.0, speed_mps)
     first, second = (-reach_m - distance_m) / speed, (reach_m - distance_m) / speed

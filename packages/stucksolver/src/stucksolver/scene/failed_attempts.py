@@ -1,4 +1,4 @@
-"""Plans that did not work, and why: codes for programs, and text for people and models."""
+"""Plans that failed, and the reasons: codes for programs, text for people and language models."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from stucksolver.scene.base_model import FrozenModel
 
 
 class RejectCode(str, Enum):
-    """Why the guard refuses or ends a plan."""
+    """Reason for which the guard rejects or aborts a plan."""
 
     STALE = "stale_surroundings"
     IMPLAUSIBLE = "unsound_input"
     PRECONDITION = "precondition"
     APPROVAL = "approval_missing"
     NO_PATH = "no_path"
-    """There is no path to judge; `PlanFailure` says why."""
+    """The plan has no path to check; `PlanFailure` has the reason."""
     COLLISION = "collision"
     GAP = "gap"
     CLEARANCE = "vulnerable_clearance"
@@ -45,7 +45,7 @@ class RejectCode(str, Enum):
 
 
 class PlanFailure(str, Enum):
-    """Why behaviours have no path here."""
+    """Reason for which a behavior has no path."""
 
     PRECONDITION = "precondition"
     EMPTY = "empty_plan"
@@ -64,20 +64,20 @@ class PlanFailure(str, Enum):
 
 
 class AttemptOutcome(str, Enum):
-    """How a plan ended."""
+    """Outcome of a plan that failed."""
 
     REJECTED = "refused"
-    """It was never started."""
+    """The plan was never started."""
     ABORTED = "given_up"
-    """It was started and then ended early."""
+    """The plan was started and ended early."""
     DECLINED = "denied"
-    """A person said no."""
+    """A person declined the plan."""
     INEFFECTIVE = "useless"
-    """It finished, but the vehicle did not move on."""
+    """The plan finished, but the ego made no progress."""
 
 
 class FailedAttempt(FrozenModel):
-    """A plan of this episode that did not work, and why."""
+    """Plan of this intervention that failed, and the reasons."""
 
     time_s: float
     behaviors: tuple[str, ...]
@@ -87,4 +87,4 @@ class FailedAttempt(FrozenModel):
     too_near: tuple[str, ...] = ()
     """Ids of the objects to which the plan did not keep the required gap."""
     outcome: str
-    """The reason as text for people and language models."""
+    """Reason as text for people and language models."""

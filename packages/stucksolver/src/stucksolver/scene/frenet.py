@@ -1,4 +1,4 @@
-"""Road coordinates: arc length `s` along the route and lateral offset `d` from it, left positive, in metres."""
+"""Road coordinates: arc length `s` along the route and lateral offset `d` from it, left positive, in meters."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ def wrap_angle(angle: Array) -> Array:
 
 @dataclass(frozen=True)
 class Lane:
-    """A lane strip as arrays over its stretch of the reference line.
+    """Lane strip as arrays over its stretch of the reference line.
 
     Attributes:
-        strip: The lane as the stack described it.
-        start_m: Arc length of its first station (m).
-        end_m: Arc length of its last station (m).
-        s: (stations,) arc lengths (m).
-        centre: (stations,) lateral offsets of its centre (m, left positive).
-        left: (stations,) lateral offsets of its left border (m).
-        right: (stations,) lateral offsets of its right border (m).
+        strip: Lane as described by the stack.
+        start_m: Arc length of the first station (m).
+        end_m: Arc length of the last station (m).
+        s: (stations,): arc lengths (m).
+        centre: (stations,): lateral offsets of the center (m, left positive).
+        left: (stations,): lateral offsets of the left border (m).
+        right: (stations,): lateral offsets of the right border (m).
     """
 
     strip: LaneStrip
@@ -48,7 +48,7 @@ class Lane:
         return self.start_m <= start_m and end_m <= self.end_m
 
     def at(self, s: float) -> tuple[float, float, float]:
-        """Return the offsets of (right border, centre, left border) at arc length `s` (m), constant beyond the ends."""
+        """Return the offsets of (right border, center, left border) at arc length `s` (m), constant beyond the ends."""
         last = len(self.s) - 1
         i = min(max((s - self.start_m) / self.spacing, 0.0), float(last))
         k = min(int(i), max(last - 1, 0))
@@ -58,11 +58,11 @@ class Lane:
 
     @cached_property
     def spacing(self) -> float:
-        """Distance between its points (m)."""
+        """Distance between stations (m)."""
         return float(self.s[1] - self.s[0]) if len(self.s) > 1 else 1.0
 
     def lines(self, start_m: float, end_m: float) -> frozenset[LineKind]:
-        """Return the kinds of line between this lane and its neighbour towards the route, on a stretch (m)."""
+        """Return the kinds of line between this lane and its neighbor toward the route, on a stretch (m)."""
         first = int(np.searchsorted(self.s, start_m - self.spacing))
         last = int(np.searchsorted(self.s, end_m + self.spacing, side="right"))
         return frozenset(self.strip.line[first:last])
@@ -92,8 +92,9 @@ class RoadFrame:
         return Lane(strip, float(s[0]), float(s[-1]), s, centre, centre + half, centre - half)
 
     def to_road(self, xy: Array) -> tuple[Array, Array, Array]:
-        """Convert local points (n, 2) (m) to (s, d, road heading), each (n,) (m, m, rad). The line extends past its
-        ends.
+        """Convert local points (n, 2) (m) to s (m), d (m) and road heading (rad), each (n,).
+
+        The reference line is extended straight beyond its ends.
         """
         xy = np.atleast_2d(xy)
         dx, dy = xy[:, :1] - self.points[:, 0], xy[:, 1:] - self.points[:, 1]
@@ -129,12 +130,13 @@ class RoadFrame:
         return base[:, 0] - np.sin(heading) * d, base[:, 1] + np.cos(heading) * d, heading
 
     def same_lane(self, lane: Lane) -> Lane:
-        """Return the lane with the same id in this window of the road, or the given lane if there is none here."""
+        """Return the lane with the same id in this stretch of road, or the given lane if there is none."""
         return next((item for item in self.lanes if item.strip.id == lane.strip.id), lane)
 
     def lane_at(self, s: float, d: float) -> Lane | None:
-        """Return the lane that contains a point (m), or the one with the nearest centre of several; None off the
-        lanes.
+        """Return the lane that contains a point (m), with overlapping lanes the one with the nearest center.
+
+        None off the lanes.
         """
         best: Lane | None = None
         nearest = np.inf
@@ -148,14 +150,12 @@ class RoadFrame:
 
     @cached_property
     def drivable(self) -> tuple[Array, Array]:
-        """The (right, left) borders of the connected driving lanes around the route's own lane, each (stations,)
-        (m).
-        """
+        """Right and left border of the connected driving lanes around the route, each (stations,) (m)."""
         return self._borders(frozenset({LaneKind.DRIVING}))
 
     @cached_property
     def roadside(self) -> tuple[Array, Array]:
-        """The same borders with parking lanes and shoulders included, where a vehicle may stop."""
+        """The same borders including parking lanes and shoulders, where a vehicle may stop."""
         return self._borders(frozenset({LaneKind.DRIVING, LaneKind.PARKING, LaneKind.SHOULDER}))
 
     def _borders(self, kinds: frozenset[LaneKind]) -> tuple[Array, Array]:
@@ -170,24 +170,24 @@ class RoadFrame:
         return low, high
 
     def beside(self, s: float, d: float, side: int) -> Lane | None:
-        """Return the next lane of any kind on a side (+1 left, -1 right) of the lane that contains (s, d) (m)."""
+        """Return the adjacent lane of any kind on a side (+1 left, -1 right) of the lane that contains (s, d) (m)."""
         here = self.lane_at(s, d)
         origin = here.at(s)[1] if here is not None else d
-        found = [
+        candidates = [
             ((lane.at(s)[1] - origin) * side, lane)
             for lane in self.lanes
             if lane is not here and lane.start_m - 1.0 <= s <= lane.end_m + 1.0
         ]
-        nearest = min((pair for pair in found if pair[0] > 0.5), key=lambda pair: pair[0], default=None)
+        nearest = min((pair for pair in candidates if pair[0] > 0.5), key=lambda pair: pair[0], default=None)
         return nearest[1] if nearest else None
 
 
 JOINT_M = 0.3
-"""Lanes this close to each other count as touching."""
+"""Largest distance at which two lanes count as touching (m). Ours."""
 
 
 def _connected(spans: list[tuple[float, float]]) -> tuple[float, float]:
-    """Return the connected union of spans around zero; empty (0, 0) if there is none."""
+    """Return the connected union of spans around zero; (0, 0) if no span contains zero."""
     own = next((span for span in spans if span[0] <= 0.0 <= span[1]), None)
     if own is None:
         return 0.0, 0.0
@@ -208,7 +208,7 @@ def _frame_of(key: str, road: RoadGeometryByKey) -> RoadFrame:
 
 @dataclass(frozen=True, eq=False)
 class RoadGeometryByKey:
-    """A geometry that is hashed by its key, so that the cache need not hash thousands of numbers."""
+    """Geometry that is hashed by its key, so that the cache does not hash thousands of numbers."""
 
     road: RoadGeometry
 
@@ -222,5 +222,5 @@ class RoadGeometryByKey:
 
 
 def road_frame(road: RoadGeometry) -> RoadFrame:
-    """Return the frame of a road geometry, cached from tick to tick."""
+    """Return the frame of a road geometry. It is cached from tick to tick."""
     return _frame_of(road.key, RoadGeometryByKey(road))

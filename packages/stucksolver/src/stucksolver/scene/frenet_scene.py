@@ -1,4 +1,4 @@
-"""The surroundings of one tick in road coordinates, for behaviours and the guard."""
+"""Surroundings of one tick in road coordinates, for behaviors and the guard."""
 
 from __future__ import annotations
 
@@ -14,23 +14,24 @@ from stucksolver.scene.road import LaneDirection, LaneKind, Zone, ZoneKind
 from stucksolver.scene.surroundings import Surroundings
 
 ACROSS_SIN = math.sin(math.radians(20.0))
+"""Sine of the angle to the road from which a vehicle counts as driving across it. Ours."""
 HEADS_MPS = 1.0
-"""Above this speed the direction of motion is more reliable than the heading."""
+"""Speed above which the direction of motion is more reliable than the heading (m/s). Ours."""
 MOVING_MPS = 0.1
-"""Above this speed an object counts as moving."""
+"""Speed above which an object counts as moving (m/s), as for `TrackedObject.stationary_s`."""
 SURE_SDS = 2.0
 """Boxes grow on each side by this many standard deviations of their position: 95 % of a normal error."""
 
 
 class FrenetScene:
-    """The objects and the ego in road coordinates. Arrays have shape (objects,), in the order of `objects`.
+    """Objects and ego in road coordinates. Arrays have shape (objects,), in the order of `objects`.
 
     Attributes:
-        places: Box centres (x, y) in the local frame (m); shape (objects, 2).
-        s, d: Box centres (m).
+        places: Box centers (x, y) in the local frame (m); shape (objects, 2).
+        s, d: Box centers (m).
         yaw: Heading relative to the road (rad).
         vs, vd: Velocity along and across the road (m/s).
-        half_length, half_width: Half size of the boxes, enlarged by perception's uncertainty (m).
+        half_length, half_width: Half size of the boxes, enlarged by the uncertainty of perception (m).
         along, across: Half extents of these boxes along and across the road (m).
     """
 
@@ -57,17 +58,17 @@ class FrenetScene:
         c, n = np.abs(np.cos(self.yaw)), np.abs(np.sin(self.yaw))
         self.along: Array = self.half_length * c + self.half_width * n
         self.across: Array = self.half_length * n + self.half_width * c
-        self.doubt_m: Array = SURE_SDS * (spread[:, 0] * n + spread[:, 1] * c)
-        """(objects,): how much of `across` is there only because their place is uncertain."""
+        self.uncertainty_m: Array = SURE_SDS * (spread[:, 0] * n + spread[:, 1] * c)
+        """(objects,): part of `across` that is due to the uncertainty of the position (m)."""
 
     @cached_property
     def backwards(self) -> FrenetScene:
-        """The same tick for a vehicle that backs up along the route: ahead becomes behind, left becomes right."""
+        """The same tick for an ego that backs up along the route: ahead becomes behind, left becomes right."""
         return FrenetScene(backwards(self.surroundings))
 
     @cached_property
     def on_foot(self) -> Mask:
-        """(objects,): True for kinds that may step into the road."""
+        """(objects,): True for kinds that may step onto the road."""
         return np.array([o.kind in ON_FOOT for o in self.objects], dtype=bool)
 
     @cached_property
@@ -94,12 +95,13 @@ class FrenetScene:
         return result
 
     def index_of(self, object_id: str) -> int | None:
-        """Return the index of an object in the arrays, or None if it is not currently seen."""
+        """Return the index of an object in the arrays, or None if it is not currently detected."""
         return next((i for i, o in enumerate(self.objects) if o.id == object_id), None)
 
     def zone_at(self, s: float, *kinds: ZoneKind) -> Zone | None:
-        """Return the zone that the ego's body would touch with its centre at `s` (m), or None. `kinds`: all if
-        empty.
+        """Return the zone that the ego's box touches with its center at `s` (m), or None.
+
+        Without `kinds`, zones of all kinds count.
         """
         half = self.ego.length_m / 2
         for zone in self.surroundings.road.zones:
@@ -119,33 +121,33 @@ class FrenetScene:
 
     @cached_property
     def ego_lane(self) -> Lane | None:
-        """The lane that contains the ego's centre, if any."""
+        """Lane that contains the ego's center, if any."""
         return self.frame.lane_at(self.ego_s, self.ego_d)
 
     @cached_property
     def lane_of(self) -> tuple[Lane | None, ...]:
-        """The lane that contains each object's centre, if any."""
+        """Lane that contains each object's center, if any."""
         return tuple(self.frame.lane_at(float(s), float(d)) for s, d in zip(self.s, self.d, strict=True))
 
     @cached_property
     def on_lane(self) -> Mask:
-        """(objects,): True if the centre is on a lane of the route's road."""
-        found = np.zeros(len(self.objects), dtype=bool)
+        """(objects,): True if the center is on a lane of the route's road."""
+        mask = np.zeros(len(self.objects), dtype=bool)
         for lane in self.frame.lanes:
-            # Outside the known stretch of road, its lanes are assumed to continue.
+            # Beyond the known stretch of road, its lanes are assumed to continue.
             start = -np.inf if lane.start_m <= self.frame.s[0] else lane.start_m
             end = np.inf if lane.end_m >= self.frame.end_m else lane.end_m
-            beside = (self.s >= start) & (self.s <= end)
-            if beside.any():
+            within = (self.s >= start) & (self.s <= end)
+            if within.any():
                 right, left = np.interp(self.s, lane.s, lane.right), np.interp(self.s, lane.s, lane.left)
-                found[beside & (self.d >= right) & (self.d <= left)] = True
-        return found
+                mask[within & (self.d >= right) & (self.d <= left)] = True
+        return mask
 
     @cached_property
     def elsewhere(self) -> Mask:
-        """(objects,): True for moving vehicles that are on no lane of the route's road, or drive across its lanes.
+        """(objects,): True for moving vehicles off the lanes of the route's road, or driving across these lanes.
 
-        They are on roads that join or cross it.
+        Such a vehicle is on a road that joins or crosses the route's road.
         """
         speed = self.speed
         heads = np.where(speed > HEADS_MPS, np.abs(self.vd) / np.maximum(speed, HEADS_MPS), np.abs(np.sin(self.yaw)))
@@ -154,11 +156,11 @@ class FrenetScene:
         return result
 
     def sight_ahead_m(self, lane: Lane) -> float:
-        """Return how far a lane is seen ahead of the ego (m): the least of its entries; 0 if there is none."""
+        """Return the sight distance ahead of the ego in a lane (m): the least of its entries; 0 without an entry."""
         return min((x.ahead_m for x in self.surroundings.sight if x.lane_id == lane.strip.id), default=0.0)
 
     def sight_behind_m(self, lane: Lane) -> float:
-        """Return how far a lane is seen behind the ego (m): the least of its entries; 0 if there is none."""
+        """Return the sight distance behind the ego in a lane (m): the least of its entries; 0 without an entry."""
         return min((x.behind_m for x in self.surroundings.sight if x.lane_id == lane.strip.id), default=0.0)
 
     def free_ahead_m(self) -> float:
@@ -167,14 +169,15 @@ class FrenetScene:
         return float(ahead.min()) if len(ahead) else math.inf
 
     def in_corridor(self, half_width_m: float, clearance_m: float = 0.2) -> Mask:
-        """(objects,): True if it reaches into a strip of this half width plus a clearance around the route's centre
-        (m).
+        """(objects,): True if the object reaches into a strip around the route's center.
+
+        The half width of the strip is `half_width_m` plus `clearance_m` (m). The default clearance is ours.
         """
         result: Mask = np.abs(self.d) - self.across < half_width_m + clearance_m
         return result
 
     def oncoming(self, index: int) -> bool:
-        """True if an object comes towards the ego, or is in a lane of oncoming traffic."""
+        """True if an object moves toward the ego, or is in a lane of oncoming traffic."""
         if self.vs[index] < -0.5:
             return True
         lane = self.lane_of[index]
@@ -183,7 +186,7 @@ class FrenetScene:
         )
 
 
-def _spread_m(thing: TrackedObject) -> tuple[float, float]:
-    """Return the standard deviations of its position along and across its own axis (m)."""
-    worst = thing.position_sd_m or 0.0
-    return worst, worst if thing.across_sd_m is None else thing.across_sd_m
+def _spread_m(obj: TrackedObject) -> tuple[float, float]:
+    """Return the standard deviations of an object's position along and across its own axis (m)."""
+    worst = obj.position_sd_m or 0.0
+    return worst, worst if obj.across_sd_m is None else obj.across_sd_m

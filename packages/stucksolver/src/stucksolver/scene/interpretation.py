@@ -1,4 +1,4 @@
-"""How a passenger's words were understood: an intent from a closed list, a side, the claims, and the confidence."""
+"""Interpretation of a passenger's utterance: an intent from a closed list, a side, claims, and the confidence."""
 
 from enum import Enum
 from typing import Any
@@ -9,31 +9,31 @@ from stucksolver.scene.base_model import FrozenModel
 
 
 class GuidanceIntent(str, Enum):
-    """What the words ask the vehicle to do."""
+    """Action for which an utterance asks."""
 
     GO = "go"
     OVERTAKE = "overtake"
-    """Pass or go round something ahead."""
+    """Pass an object ahead."""
     WAIT = "wait"
-    """Stay or stop. With `negated` also the rejection of a manoeuvre."""
+    """Stay or stop. With `negated` also the rejection of a maneuver."""
     BACK_UP = "back_up"
     REROUTE = "reroute"
     TURN_AROUND = "turn_round"
     DRIVE_OVER = "drive_over"
     PULL_OVER = "pull_over"
     FOLLOW = "follow"
-    """Stay behind someone."""
+    """Stay behind another vehicle."""
     LET_ME_OUT = "let_me_out"
     CANCEL = "cancel"
-    """End the current manoeuvre and forget what was said."""
+    """End the current maneuver and drop the earlier guidance."""
     YES = "yes"
-    """Consent to the vehicle's question."""
+    """Approve the open question of the vehicle."""
     NO = "no"
     NONE = "none"
-    """The words ask for nothing to be driven: small talk, or a fact."""
+    """The utterance does not concern the driving: small talk, or a fact."""
     UNCLEAR = "unclear"
     UNLAWFUL = "unlawful"
-    """Something forbidden, or an attempt to change the system's rules."""
+    """A forbidden action, or an attempt to change the system's rules."""
 
 
 REQUESTS = frozenset(
@@ -50,22 +50,22 @@ REQUESTS = frozenset(
 )
 """Intents that may require the vehicle to move."""
 MOVES = REQUESTS | {GuidanceIntent.YES}
-"""Readings that may move the vehicle. `follow` only keeps it from passing."""
+"""Intents that may move the vehicle. `follow` only keeps it from passing."""
 STAYS = frozenset({GuidanceIntent.WAIT, GuidanceIntent.NO, GuidanceIntent.CANCEL, GuidanceIntent.FOLLOW})
 
 
 class Side(str, Enum):
-    """The side to which the vehicle is asked to go."""
+    """Side to which the utterance directs the vehicle."""
 
     LEFT = "left"
     RIGHT = "right"
 
 
 class Claim(str, Enum):
-    """What a passenger says about the world. Evidence for people and reasoners; it never overrides what is seen."""
+    """Claim of a passenger about the world: evidence for people and reasoners. It never overrides perception."""
 
     CLEAR = "clear"
-    """Nobody is coming."""
+    """No road user is approaching."""
     NOT_CLEAR = "not_clear"
     RETURNING_SOON = "returning_soon"
     """The driver of the obstacle is about to move it."""
@@ -80,9 +80,9 @@ class Claim(str, Enum):
 
 
 class GuidanceLimits(FrozenModel):
-    """How far, how fast and how long, as the words said it; None where they did not.
+    """Distance, speed and time in an utterance; None for a quantity that it does not contain.
 
-    They only choose parameters within a behaviour's bounds, and never raise a speed.
+    They only choose parameters within the bounds of a behavior, and never raise a speed.
     """
 
     distance_m: float | None = Field(default=None, gt=0.0)
@@ -92,7 +92,7 @@ class GuidanceLimits(FrozenModel):
 
     @property
     def description(self) -> str:
-        """The amounts in words: `3 m, at most 10 km/h, for 30 s`."""
+        """Quantities in words: `3 m, at most 10 km/h, for 30 s`."""
         far = None if self.distance_m is None else f"{self.distance_m:.3g} m"
         fast = None if self.speed_mps is None else f"at most {3.6 * self.speed_mps:.0f} km/h"
         long = None if self.wait_s is None else f"for {self.wait_s:.0f} s"
@@ -100,10 +100,10 @@ class GuidanceLimits(FrozenModel):
 
 
 class Interpretation(FrozenModel):
-    """A passenger's words as the vehicle understood them.
+    """A passenger's utterance as interpreted.
 
-    The vehicle may act on `intent`. It is `unclear` if the reader doubts a reading that would move the vehicle;
-    `likely` is then its best guess.
+    The vehicle may act on `intent`. The intent is `unclear` if the interpreter is not certain of an intent that moves
+    the vehicle; `likely` is then its best guess.
     """
 
     intent: GuidanceIntent
@@ -112,16 +112,16 @@ class Interpretation(FrozenModel):
     claims: tuple[Claim, ...] = ()
     urgent: bool = False
     confidence: float = Field(ge=0.0, le=1.0)
-    """Calibrated probability that `likely` is what was meant."""
+    """Calibrated probability that `likely` is the intended meaning."""
     likely: GuidanceIntent
     reader: str
-    """Name and version of the reader."""
+    """Name and version of the interpreter."""
     limits: GuidanceLimits | None = None
-    """Left out of the JSON form if nothing was said."""
+    """Omitted from the JSON form if the utterance contains no quantity."""
     denied: tuple[Claim, ...] = ()
-    """The claims that the words deny: an earlier claim of that kind no longer counts. Left out if there are none."""
+    """Claims that the utterance denies: an earlier claim of that kind no longer counts. Omitted from JSON if empty."""
     danger: bool = False
-    """True if the words say that what lies ahead must not be driven over. Left out if not."""
+    """True if the utterance warns against driving over the object ahead. Omitted from JSON if False."""
 
     @model_serializer(mode="wrap")
     def _short(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
@@ -133,7 +133,7 @@ class Interpretation(FrozenModel):
 
     @property
     def description(self) -> str:
-        """The reading in words: `overtake on the left (91 %)`, `unclear (overtake? 87 %)`."""
+        """Interpretation in words: `overtake on the left (91 %)`, `unclear (overtake? 87 %)`."""
         intent, likely = (item.value.replace("_", " ") for item in (self.intent, self.likely))
         sure = f"{100 * self.confidence:.0f} %"
         if intent != likely:

@@ -6,18 +6,18 @@ import json
 from typing import Any, NoReturn
 
 DEEPEST = 100
-"""Lists and objects may be nested this deep. Ours are nested up to 15 deep; what walks over them is recursive."""
+"""Maximum nesting depth of lists and objects. Records are up to 15 deep; the code that visits them is recursive."""
 
 
 class JsonError(ValueError):
-    """A text is not JSON, or cannot be used. The message is one line."""
+    """Text that is not JSON or cannot be used. The message is one line."""
 
 
 def read_json(text: str | bytes) -> Any:
     """Return the value of a JSON text.
 
     Raises:
-        JsonError: It is no JSON, holds a number that is none, or is nested too deeply.
+        JsonError: The text is not JSON, contains NaN or an infinity, or is nested too deeply.
     """
     try:
         value = json.loads(text, parse_constant=_refuse)
@@ -33,7 +33,7 @@ def read_json(text: str | bytes) -> Any:
 
 
 def depth_of(value: Any) -> int:
-    """Return how deep lists and objects are nested in a value; 0 for one without any. Stops one beyond `DEEPEST`."""
+    """Return the nesting depth of lists and objects in a value; 0 without any. Counting stops beyond `DEEPEST`."""
     level, depth = [value], 0
     while depth <= DEEPEST:
         inner: list[Any] = []

@@ -8,7 +8,7 @@ from stucksolver.scene.base_model import FrozenModel
 
 
 class ObjectKind(str, Enum):
-    """What an object is; `unknown` where perception cannot tell."""
+    """Kind of an object; `unknown` if perception cannot determine it."""
 
     CAR = "car"
     VAN = "van"
@@ -49,7 +49,7 @@ VULNERABLE = ON_FOOT | {ObjectKind.BICYCLE}
 """Vulnerable road users: passed with a wider clearance."""
 TWO_WHEELED = frozenset({ObjectKind.MOTORCYCLE, ObjectKind.BICYCLE})
 PASSABLE_KINDS = frozenset({ObjectKind.BAG, ObjectKind.LITTER})
-"""Soft by class: an empty bag, paper, cardboard. Nothing else may ever be driven over."""
+"""Kinds that are soft by class: an empty bag, paper, cardboard. No other kind may ever be driven over."""
 STATIC_KINDS = PASSABLE_KINDS | {
     ObjectKind.CONE,
     ObjectKind.BARRIER,
@@ -60,7 +60,7 @@ STATIC_KINDS = PASSABLE_KINDS | {
 
 
 class Gesture(str, Enum):
-    """What a flagger signals."""
+    """Signal of a flagger."""
 
     NONE = "none"
     STOP = "stop"
@@ -69,9 +69,9 @@ class Gesture(str, Enum):
 
 
 class TrackedObject(FrozenModel):
-    """One object. Pose and velocity are in the frame of the record that holds it.
+    """One tracked object. Pose and velocity are in the frame of the record that contains it.
 
-    `x_m, y_m` is the centre of the bounding box; `yaw_rad` is counter-clockwise from the x axis.
+    `x_m, y_m` is the center of the bounding box; `yaw_rad` is counter-clockwise from the x axis.
     """
 
     id: str
@@ -85,23 +85,23 @@ class TrackedObject(FrozenModel):
     width_m: float = Field(gt=0)
     height_m: float = Field(gt=0)
     stationary_s: float | None = None
-    """How long it has been seen stationary (below 0.1 m/s) (s); 0 while it moves; None if this is not tracked."""
+    """Time for which the object has been stationary (below 0.1 m/s) (s); 0 while it moves; None if not tracked."""
     moved_s_ago: float | None = None
-    """Time since it was last seen moving (s); None if it never was."""
+    """Time since the object was last detected moving (s); None if it never was."""
     pushed: bool = False
-    """True if it moves only because the ego pushes it. It then counts as stationary, whatever its velocity."""
+    """True if the object moves only because the ego pushes it. It then counts as stationary at any velocity."""
     seen_for_s: float | None = None
-    """How long it has been tracked without a break (s)."""
+    """Time for which the object has been tracked without a break (s)."""
     kind_confidence: float | None = Field(default=None, ge=0, le=1)
     """Probability that the kind is right; None if perception does not give one."""
     position_sd_m: float | None = Field(default=None, ge=0)
-    """Standard deviation of its position in the worst direction (m); None if perception is exact."""
+    """Standard deviation of the position in the worst direction (m); None if perception is exact."""
     across_sd_m: float | None = Field(default=None, ge=0)
-    """The same across its own axis (m); None: as in the worst direction."""
+    """Standard deviation of the position across the object's own axis (m); None if it equals `position_sd_m`."""
     hazard_lights: bool | None = None
     emergency_lights: bool | None = None
     brake_lights: bool | None = None
     door_open: bool | None = None
-    """True if an open door of it is seen; False if none is; None if perception cannot tell."""
+    """True if an open door is detected; False if none is; None if perception cannot determine it."""
     gesture: Gesture | None = None
-    """What a flagger signals; None for all others, and where perception cannot tell."""
+    """Signal of a flagger; None for all other objects, and if perception cannot determine it."""

@@ -1,7 +1,7 @@
 """Checks once, on entry, whether the surroundings are plausible, so that later code can rely on every value.
 
 Each field that can be reached from `Surroundings` is checked: its type by its annotation, each number by its range in
-`RANGES`, each text and each list by its length. A number without a range is an error when this module is imported.
+`RANGES`, each text and each list by its length. A number without a range raises an error when this module is imported.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from stucksolver.scene.status import Status
 from stucksolver.scene.surroundings import EgoState, LaneSight, Surroundings, TrafficControl, VehicleLimits
 
 FURTHEST_M = 1e6
-"""Upper bound for positions in a local frame (m): a map is a few kilometres wide."""
+"""Upper bound for positions in a local frame (m): a map is a few kilometers wide."""
 LONGEST_ROUTE_M = 1e7
 """Upper bound for arc lengths along a route (m): a quarter of the equator."""
 LONGEST_M = 60.0
@@ -30,7 +30,7 @@ SMALLEST_M = 1e-6
 QUICKEST_MPS = 120.0
 """Upper bound for speeds and speed limits (m/s): 432 km/h."""
 ROLLS_BACK_MPS = 0.5
-"""A status has no sign in its speed; this much below 0 is the noise of a vehicle that stands (m/s). Ours."""
+"""Lower bound for the speed in a status, times -1 (m/s): a speed has no sign, but a stopped vehicle has noise. Ours."""
 OLDEST_S = 1e6
 """Upper bound for ages (s): eleven days."""
 LATEST_S = 1e12
@@ -38,23 +38,23 @@ LATEST_S = 1e12
 LAST_FRAME = 2**63
 """Upper bound for frame numbers."""
 LEAST_LIMIT = 0.05
-"""Lower bound for each of the vehicle's limits (m, m/s²)."""
+"""Lower bound for each of the vehicle's limits (m, m/s²). Ours."""
 MOST_LIMIT = 100.0
-"""Upper bound for each of the vehicle's limits (m, m/s²)."""
+"""Upper bound for each of the vehicle's limits (m, m/s²). Ours."""
 WIDEST_M = 100.0
-"""Upper bound for the width of a lane (m)."""
+"""Upper bound for the width of a lane (m). Ours."""
 FURTHEST_ASIDE_M = 1000.0
-"""Upper bound for the offset of a lane from the route (m)."""
+"""Upper bound for the offset of a lane from the route (m). Ours."""
 FINEST_M = 1e-3
-"""Lower bound for the spacing of a road's stations (m)."""
+"""Lower bound for the spacing of a road's stations (m). Ours."""
 COARSEST_M = 100.0
-"""Upper bound for the spacing of a road's stations (m)."""
+"""Upper bound for the spacing of a road's stations (m). Ours."""
 MOST_ENTRIES = 2000
-"""Upper bound for the number of objects, controls, lanes and zones, each."""
+"""Upper bound for the number of objects, of controls, of lanes and of zones. Ours."""
 MOST_STATIONS = 100_000
-"""Upper bound for the number of a road's stations."""
+"""Upper bound for the number of a road's stations. Ours."""
 LONGEST_TEXT = 500
-"""Upper bound for the characters of an id, a key or a fault."""
+"""Upper bound for the length of an id, a key or a fault (characters). Ours."""
 
 _METRES = (-FURTHEST_M, FURTHEST_M)
 _SIZE = (SMALLEST_M, LONGEST_M)
@@ -108,16 +108,17 @@ RANGES: dict[type[FrozenModel], dict[str, tuple[float, float]]] = {
         "destination_m": _ALONG_ROUTE,
     },
 }
-"""The least and the greatest plausible value of each number, by the model and the field that holds it."""
+"""Least and greatest plausible value of each number, by model and field."""
 _STATIONS = frozenset({"reference", "offset_m", "width_m", "line"})
-"""Lists with an entry for each station."""
+"""Names of lists with an entry for each station."""
 _MISSING = object()
 _KEPT_ROADS = 8
+"""Number of checked roads that are cached. Ours."""
 
 STATUS_REMEDIES = {
     "time_s": "give the time of this tick in seconds",
-    "speed_mps": "give the speed in metres per second, without a sign",
-    "progress_m": "give the arc length reached along the route in metres",
+    "speed_mps": "give the speed in meters per second, without a sign",
+    "progress_m": "give the arc length reached along the route in meters",
     "pushes": "give True or False",
     "at_destination": "give True or False",
 }
@@ -126,10 +127,10 @@ Check = Callable[[Any], str | None]
 
 
 def implausibility(surroundings: Surroundings) -> str | None:
-    """Return the first implausible field of the surroundings and what is wrong with it, or None.
+    """Return the first implausible field of the surroundings and the fault in it, or None.
 
-    The models refuse most of this when they are created; this also covers copies and objects that were created without
-    validation. A field may hold anything: nothing is raised.
+    The models reject most of this when they are created. This check also covers copies and objects that were created
+    without validation. It never raises, whatever a field holds.
     """
     try:
         wrong = _checked(Surroundings)(surroundings)
@@ -138,10 +139,10 @@ def implausibility(surroundings: Surroundings) -> str | None:
         return f"they cannot be read ({type(error).__name__})"
 
 
-def why_unsound_status(status: Status) -> str | None:
-    """Return the first implausible field of a status, what is wrong with it and what to give instead, or None.
+def status_implausibility(status: Status) -> str | None:
+    """Return the first implausible field of a status, the fault in it and the correction, or None.
 
-    A field may hold anything: nothing is raised.
+    It never raises, whatever a field holds.
     """
     try:
         wrong = _checked(Status)(status)
@@ -153,8 +154,8 @@ def why_unsound_status(status: Status) -> str | None:
     return f"status{wrong}; {STATUS_REMEDIES.get(name, 'give a Status')}"
 
 
-def sound_time_s(status: Status) -> float | None:
-    """Return the time of a status, whatever else is wrong with it (s); None if it is no plausible time."""
+def plausible_time_s(status: Status) -> float | None:
+    """Return the time of a status (s), even if other fields are implausible; None if the time is implausible."""
     try:
         time_s: Any = status.__dict__.get("time_s")
     except Exception:  # noqa: BLE001 - as above
@@ -162,20 +163,21 @@ def sound_time_s(status: Status) -> float | None:
     return None if _number(*RANGES[Status]["time_s"], whole=False)(time_s) else time_s
 
 
-def _contradictions(seen: Surroundings) -> Iterator[str]:
-    """Yield what is wrong between fields that are plausible one by one."""
+def _contradictions(surroundings: Surroundings) -> Iterator[str]:
+    """Yield contradictions between fields that are plausible one by one."""
     names: set[str] = set()
-    for index, obj in enumerate(seen.objects):
+    for index, obj in enumerate(surroundings.objects):
         if obj.id in names:
             yield f"objects[{index}].id is {_shown(obj.id)}, like another object's: ids must be unique"
         names.add(obj.id)
-    lanes = {lane.id for lane in seen.road.lanes}
-    for index, sight in enumerate(seen.sight):
+    lanes = {lane.id for lane in surroundings.road.lanes}
+    for index, sight in enumerate(surroundings.sight):
         if sight.lane_id not in lanes:
             yield f"sight[{index}].lane_id is {_shown(sight.lane_id)}, which is no lane of the road"
 
 
 def _road_contradictions(road: RoadGeometry) -> Iterator[str]:
+    """Yield contradictions between the fields of a road."""
     names: set[str] = set()
     for index, lane in enumerate(road.lanes):
         here = f".lanes[{index}]"
@@ -189,8 +191,8 @@ def _road_contradictions(road: RoadGeometry) -> Iterator[str]:
     for index, zone in enumerate(road.zones):
         if zone.end_m < zone.start_m:
             yield f".zones[{index}].end_m is {zone.end_m:g}, before start_m {zone.start_m:g}"
-    # Crosswalks and level crossings may overlap: each counts for itself. A junction counts as a whole, because the
-    # guard measures by how much the route turns in it. The order of zones does not matter.
+    # Crosswalks and level crossings may overlap, because each counts for itself. A junction counts as a whole, because
+    # the guard measures the turn of the route in it. The order of zones does not matter.
     junctions = sorted((z.start_m, z.end_m, k) for k, z in enumerate(road.zones) if z.kind is ZoneKind.JUNCTION)
     for (_, end_m, _), (start_m, _, index) in pairwise(junctions):
         if start_m < end_m:
@@ -203,13 +205,13 @@ _known_roads: tuple[tuple[RoadGeometry, str | None], ...] = ()
 
 
 def _why_road(road: Any) -> str | None:
-    """Check a road once: it stays the same object for a whole episode, and has thousands of numbers."""
+    """Check a road once: it stays the same object during an intervention and has thousands of numbers."""
     global _known_roads
-    for known, wrong in _known_roads:
-        if known is road:
+    for cached, wrong in _known_roads:
+        if cached is road:
             return wrong
     wrong = _fields(RoadGeometry)(road) or next(_road_contradictions(road), None)
-    # Replaced as a whole, because reasoners' threads check plans, too.
+    # The tuple is replaced as a whole, because the threads of reasoners check plans, too.
     _known_roads = (*_known_roads[1 - _KEPT_ROADS :], (road, wrong))
     return wrong
 
@@ -230,9 +232,9 @@ def _fields(model: type[FrozenModel]) -> Check:
     def check(value: Any) -> str | None:
         if not isinstance(value, model):
             return f" is a {type(value).__name__}, not a {model.__name__}"
-        held = value.__dict__
+        values = value.__dict__
         for name, check_field in checks:
-            wrong = check_field(held.get(name, _MISSING))
+            wrong = check_field(values.get(name, _MISSING))
             if wrong is not None:
                 return f".{name}{wrong}"
         return None
@@ -273,12 +275,12 @@ def _exactly(kind: type) -> Check:
 def _number(least: float, most: float, *, whole: bool) -> Check:
     kinds: tuple[type, ...] = (int,) if whole else (float, int)
     usual: type = kinds[0]
-    what = f"{'whole ' if whole else ''}number from {least:g} to {most:g}"
+    expected = f"{'whole ' if whole else ''}number from {least:g} to {most:g}"
 
     def check(value: Any) -> str | None:
-        # NaN is within no bounds. Most numbers are of the usual type, and comparing types is quicker than `isinstance`.
+        # NaN is within no bounds. Most numbers are of the usual type, and comparing types is faster than `isinstance`.
         fits = type(value) is usual or (isinstance(value, kinds) and type(value) is not bool)
-        return None if fits and least <= value <= most else f" is {_shown(value)}, not a {what}"
+        return None if fits and least <= value <= most else f" is {_shown(value)}, not a {expected}"
 
     return check
 
@@ -313,7 +315,7 @@ def _list(check: Check, most: int, least: int = 0) -> Check:
 
 
 def _shown(value: Any) -> str:
-    """Return a number or a text in a few characters, and the type of anything else."""
+    """Return a number or a text in a few characters; of any other value the type."""
     if value is _MISSING:
         return "missing"
     if type(value) is int and abs(value) > LAST_FRAME:

@@ -1,4 +1,4 @@
-"""Polylines as arrays of points: arc lengths along them, and the points nearest to a place."""
+"""Polylines as arrays of points: arc lengths, and the points nearest to a position."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ def distances(points: Array, x: float, y: float) -> Array:
 
 
 def nearest_index(points: Array, x: float, y: float) -> int:
-    """Return the index of the point nearest to (x, y) in the plane; the first if several are."""
+    """Return the index of the point nearest to (x, y) in the plane; the first of several equally near ones."""
     return int(np.argmin((points[:, 0] - x) ** 2 + (points[:, 1] - y) ** 2))
 
 
 def nearest_of_each_pass(near: Mask, away: Array) -> Iterator[int]:
-    """Return, for each run of points that are `near`, the index of the one with the smallest `away`."""
+    """Yield, for each run of points that are `near`, the index of the one with the smallest `away`."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], near, [False]]).astype(np.int8)))
     for first, last in zip(edges[::2], edges[1::2], strict=True):
         yield int(first + np.argmin(away[first:last]))

@@ -1,6 +1,6 @@
-"""The surroundings for a vehicle that backs up: the reference line runs the other way, and the ego faces its own rear.
+"""Mirrors the surroundings for an ego that backs up: the reference line is reversed, and the ego faces its own rear.
 
-A manoeuvre in reverse is an ordinary one in that frame, so everything that holds for driving forward holds for it.
+In that frame a maneuver in reverse is an ordinary one, so every check for driving forward applies to it.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from stucksolver.scene.surroundings import LaneSight, Surroundings
 
 
 def backwards(surroundings: Surroundings) -> Surroundings:
-    """Return the same place and time, looking back along the route. Arc lengths and offsets change sign.
+    """Return the same tick, looking back along the route. Arc lengths and offsets change sign.
 
     Traffic controls are left out, because they bind traffic in the other direction.
     """
@@ -28,8 +28,8 @@ def backwards(surroundings: Surroundings) -> Surroundings:
 
 
 @lru_cache(maxsize=4)
-def _road(held: RoadGeometryByKey) -> RoadGeometry:
-    road = held.road
+def _road(keyed: RoadGeometryByKey) -> RoadGeometry:
+    road = keyed.road
     end_m = road_frame(road).end_m
     count = len(road.reference)
     zones = tuple(Zone(kind=z.kind, start_m=-z.end_m, end_m=-z.start_m) for z in road.zones)

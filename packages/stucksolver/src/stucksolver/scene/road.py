@@ -1,7 +1,7 @@
-"""The road around the ego: lanes along one reference line, read once per episode.
+"""Road around the ego: lanes along one reference line, read once per intervention.
 
-All geometry is in the *local frame*: right-handed, metres, fixed for the episode, its origin chosen by the stack. The
-reference line is the centre of the lanes that the route follows, so that a lane is a lateral offset from it.
+All geometry is in the *local frame*: right-handed, meters, fixed during an intervention, with an origin that the stack
+chooses. The reference line is the center of the lanes that the route follows, so a lane is a lateral offset from it.
 """
 
 from enum import Enum
@@ -12,7 +12,7 @@ from stucksolver.scene.base_model import FrozenModel
 
 
 class LaneKind(str, Enum):
-    """What a lane is for."""
+    """Use of a lane."""
 
     DRIVING = "driving"
     BIKING = "biking"
@@ -29,7 +29,7 @@ class LaneDirection(str, Enum):
 
 
 class LineKind(str, Enum):
-    """A painted line, as it applies to a vehicle on the route's side."""
+    """Painted line, as it applies to a vehicle on the route's side."""
 
     BROKEN = "broken"
     SOLID = "solid"
@@ -38,7 +38,7 @@ class LineKind(str, Enum):
 
 
 class ZoneKind(str, Enum):
-    """The kind of a zone."""
+    """Kind of a zone."""
 
     JUNCTION = "junction"
     CROSSWALK = "crosswalk"
@@ -46,9 +46,9 @@ class ZoneKind(str, Enum):
 
 
 class LaneStrip(FrozenModel):
-    """A lane beside the reference line, sampled at the reference's own stations.
+    """Lane along the reference line, sampled at the stations of that line.
 
-    Sample `i` belongs to reference sample `start + i`. Offsets are those of the lane's centre (m), left positive.
+    Sample `i` belongs to reference sample `start + i`. Offsets are those of the lane's center (m), left positive.
     """
 
     id: str
@@ -58,7 +58,7 @@ class LaneStrip(FrozenModel):
     offset_m: tuple[float, ...] = Field(min_length=1)
     width_m: tuple[float, ...] = Field(min_length=1)
     line: tuple[LineKind, ...] = Field(min_length=1)
-    """The line between this lane and its neighbour nearer to the route (own lane: `none`)."""
+    """Lines between this lane and its neighbor nearer to the route (own lane: `none`)."""
     speed_limit_mps: float | None = None
 
     @model_validator(mode="after")
@@ -69,7 +69,7 @@ class LaneStrip(FrozenModel):
 
 
 class Zone(FrozenModel):
-    """A stretch of the route with its own rules, between two arc lengths along the route (m)."""
+    """Stretch of the route with its own rules, between two arc lengths along the route (m)."""
 
     kind: ZoneKind
     start_m: float
@@ -77,10 +77,10 @@ class Zone(FrozenModel):
 
 
 class RoadGeometry(FrozenModel):
-    """Lanes and zones along a piece of the route, ahead of and behind the ego."""
+    """Lanes and zones along a stretch of the route, ahead of and behind the ego."""
 
     key: str
-    """Changes whenever the geometry does, so that derived values can be cached."""
+    """Key that changes whenever the geometry does, so that derived values can be cached."""
     spacing_m: float = Field(gt=0)
     reference: tuple[tuple[float, float], ...] = Field(min_length=2)
     """(x, y) of a point every `spacing_m`, in the direction of travel (m)."""
@@ -89,7 +89,7 @@ class RoadGeometry(FrozenModel):
     route_start_m: float = 0.0
     """Arc length along the whole route at the first sample (m). All arc lengths count from the start of the route."""
     destination_m: float | None = None
-    """Arc length of the destination (m); None if it lies beyond this piece."""
+    """Arc length of the destination (m); None if it is beyond this stretch."""
 
     @model_validator(mode="after")
     def _lanes_lie_beside_it(self) -> "RoadGeometry":

@@ -1,6 +1,6 @@
-"""The scene: what a reasoner is given when something may be wrong, in the ego frame of ISO 8855.
+"""Scene that a reasoner gets when the ego may be immobilized, in the ego frame of ISO 8855.
 
-x ahead, y left, metres, radians, counter-clockwise, origin at the centre of the ego's bounding box. Unknown values are
+x ahead, y left, meters, radians, counter-clockwise, origin at the center of the ego's bounding box. Unknown values are
 None, never invented.
 """
 
@@ -20,7 +20,7 @@ from stucksolver.scene.surroundings import TrafficControl
 
 
 class LaneRelation(str, Enum):
-    """The position of something relative to the ego's route."""
+    """Position of a lane or an object relative to the ego's route."""
 
     EGO = "ego"
     LEFT = "left"
@@ -31,45 +31,63 @@ class LaneRelation(str, Enum):
     OFF_ROAD = "off_road"
 
 
+IMMOBILIZED_BELOW_MPS = 5 / 3.6
+"""Speed below which the ego counts as immobilized, by default (m/s): 5 km/h, as in Bao and Li 2025
+(arXiv:2510.26023).
+"""
+EXPECTED_PROGRESS_M = 5.0
+"""Progress that is expected within the detector's window, by default (m). Ours: a car length."""
+
+
 class SceneEgo(FrozenModel):
-    """The ego as described to a reasoner."""
+    """Ego as described to a reasoner."""
 
     speed_mps: float
     lane_id: str | None
     lateral_offset_m: float
-    """Offset from the centre of the route's lane (m), left positive."""
+    """Offset from the center of the route's lane (m), left positive."""
     stopped_for_s: float = 0.0
-    """How long it has been slower than the detector's threshold (s). The solver fills this in."""
+    """Time for which the ego has been slower than the detector's threshold (s). The solver sets this field."""
     progress_20s_m: float | None = None
-    """New progress along the route in the detector's window (m); None before the first full window. The solver
-    fills this in.
+    """New progress along the route in the detector's window (m); None before the first full window.
+
+    The solver sets this field.
     """
+    immobilized_below_mps: float = Field(default=IMMOBILIZED_BELOW_MPS, gt=0)
+    """The detector's threshold of speed (m/s). The solver fills this in."""
+    expected_progress_m: float = Field(default=EXPECTED_PROGRESS_M, gt=0)
+    """Progress that the detector expects within its window (m). The solver fills this in."""
     distance_to_destination_m: float | None
     at_destination: bool
     length_m: float = Field(gt=0)
     width_m: float = Field(gt=0)
 
+    @property
+    def is_slow(self) -> bool:
+        """True if the ego is slower than the detector's threshold."""
+        return self.speed_mps < self.immobilized_below_mps
+
 
 class SceneObject(TrackedObject):
-    """A tracked object with its position on the road."""
+    """Tracked object with its position on the road."""
 
     lane: LaneRelation
     lane_id: str | None
     gap_m: float | None
-    """Distance along the route from the ego's front bumper to its near side (m); negative beside the ego or behind."""
+    """Distance along the route from the ego's front bumper to the near side (m); negative beside or behind the ego."""
     left_edge_m: float
     right_edge_m: float
-    """Lateral extent from the centre of the route's lane at its position (m), left positive."""
+    """Lateral extent from the center of the route's lane at the object's position (m), left positive."""
     speed_along_mps: float
-    """Speed along the route (m/s); negative if it comes towards the ego."""
+    """Speed along the route (m/s); negative if the object moves toward the ego."""
     speed_across_mps: float = 0.0
     """Speed across the road to the left of the route (m/s); 0 in old records without this field."""
     in_path: bool
-    """True if the ego would hit it while following the route's lane."""
+    """True if the ego would hit the object when following the route's lane."""
 
 
 class SceneLane(FrozenModel):
-    """The ego's lane, or a lane beside it."""
+    """The ego's lane, or an adjacent lane."""
 
     id: str
     relation: LaneRelation
@@ -81,37 +99,38 @@ class SceneLane(FrozenModel):
     """True if the road markings allow entry from the ego's lane."""
     free_ahead_m: float | None
     free_behind_m: float | None
-    """Distance from the ego's bumper to the nearest object in the lane (m); None if the lane is not seen."""
+    """Distance from the ego's bumper to the nearest object in the lane (m); None if the lane is not visible."""
     sight_ahead_m: float | None
     speed_limit_mps: float | None
 
 
 class CandidateWaypoint(FrozenModel):
-    """A place from which the route could be planned again."""
+    """Position from which the route can be replanned."""
 
     id: str
     lane_id: str
     x_m: float
     y_m: float
     distance_m: float
-    """Distance along the route from the ego (m); straight-line distance for a place off the route, in an unlisted
-    lane.
+    """Distance along the route from the ego (m).
+
+    It is the straight-line distance for a waypoint off the route, in an unlisted lane.
     """
     reaches_destination: bool | None = None
-    """True if a route leads on from there; for a place off the route, one that does not return to the road ahead."""
+    """True if a route leads to the destination from there; off the route, without returning to the road ahead."""
     route_length_m: float | None = None
     """Length of that route (m)."""
 
 
 class AvailableBehavior(FrozenModel):
-    """A behaviour that the stack can perform now, with the JSON schema of its parameters."""
+    """Behavior that the stack can perform now, with the JSON schema of its parameters."""
 
     name: str
     parameters: dict[str, JsonValue]
 
 
 class CameraImage(FrozenModel):
-    """The front camera's image as JPEG."""
+    """Image of the front camera as JPEG."""
 
     width: int
     height: int
@@ -119,24 +138,24 @@ class CameraImage(FrozenModel):
 
 
 MAX_WORDS = 500
-"""Longest input from a passenger (characters); the rest is cut off."""
+"""Longest utterance of a passenger (characters); the rest is cut off. Ours."""
 
 
 class Guidance(FrozenModel):
-    """What a passenger said. It is advice and data, never an instruction to the system."""
+    """Utterance of a passenger. It is advice and data, never an instruction to the system."""
 
     text: str = Field(max_length=MAX_WORDS)
     time_s: float
     reading: Interpretation | None = None
-    """How the vehicle's own reader understood the words; None if nobody has read them."""
+    """Interpretation of the utterance by the vehicle's own interpreter; None before it is interpreted."""
 
 
 TOUCHING_M = -0.5
-"""A gap this negative still counts as ahead: bounding boxes are larger than the bodies (m)."""
+"""Most negative gap that still counts as ahead (m): bounding boxes are larger than the objects. Ours."""
 
 
 class Scene(FrozenModel):
-    """Everything that a reasoner may know. It never contains scenario labels or role names."""
+    """All information that a reasoner may have. It never contains scenario labels or role names."""
 
     version: Literal[1] = 1
     time_s: float
@@ -145,7 +164,7 @@ class Scene(FrozenModel):
     objects: tuple[SceneObject, ...]
     controls: tuple[TrafficControl, ...]
     signs: tuple[ObservedSign, ...] = ()
-    """Words read on signs and vehicles. They are for reasoners only: the guard reads no words."""
+    """Words read on signs and vehicles. They are for reasoners only: the guard uses no words."""
     lanes: tuple[SceneLane, ...]
     waypoints: tuple[CandidateWaypoint, ...] = ()
     behaviors: tuple[AvailableBehavior, ...]
@@ -154,11 +173,11 @@ class Scene(FrozenModel):
     image: CameraImage | None = None
     guidance: Guidance | None = None
     claims: tuple[Claim, ...] = ()
-    """People's recent claims about the world, as they were understood: evidence that never overrides what is seen."""
+    """Recent claims of people about the world, as interpreted: evidence that never overrides perception."""
     attempts: tuple[FailedAttempt, ...] = ()
 
     def offers(self, *names: str) -> bool:
-        """True if the stack can perform all of these behaviours now."""
+        """True if the stack can perform all of these behaviors now."""
         offered = {behavior.name for behavior in self.behaviors}
         return offered.issuperset(names)
 

@@ -1,4 +1,4 @@
-"""Builds the scene for a reasoner from the surroundings that the guard sees, the status and the stack's offers."""
+"""Builds the scene for a reasoner from the surroundings that the guard reads, the status and the stack's offers."""
 
 from __future__ import annotations
 
@@ -21,9 +21,12 @@ from stucksolver.scene.scene import (
 from stucksolver.scene.signs import ObservedSign
 from stucksolver.scene.status import Status
 
+CROSSING_MPS = 0.3
+"""Speed across the road above which a pedestrian or an animal counts as crossing (m/s). Ours."""
 PATH_MARGIN_M = 0.2
+"""Lateral margin within which an object counts as in the ego's path (m), as in `FrenetScene.in_corridor`. Ours."""
 RANGE_M = 120.0
-"""Objects further away along the road are left out of the scene; the guard still sees them."""
+"""Distance along the road beyond which objects are left out of the scene (m); the guard still reads them. Ours."""
 
 
 def build_scene(
@@ -36,15 +39,15 @@ def build_scene(
     image: CameraImage | None = None,
     signs: tuple[ObservedSign, ...] = (),
 ) -> Scene:
-    """Build the scene: everything that a reasoner may know now, in the ego frame.
+    """Build the scene with all information that a reasoner may have now, in the ego frame.
 
     Args:
         view: The surroundings in road coordinates.
         status: The stack's status at this tick.
-        behaviors: What the stack can do now.
-        waypoints: Places from which the route could be planned again.
-        route_command: The route's next command, if there is one.
-        image: The front camera's image, if there is one.
+        behaviors: Behaviors that the stack can perform now.
+        waypoints: Positions from which the route can be replanned.
+        route_command: Next command of the route, if there is one.
+        image: Image of the front camera, if there is one.
         signs: Words that were read on signs.
     """
     lanes = _nearby_lanes(view)
@@ -80,7 +83,7 @@ def _ego(view: FrenetScene, status: Status) -> SceneEgo:
 
 
 def _nearby_lanes(view: FrenetScene) -> list[tuple[Lane, LaneRelation]]:
-    """Return the lanes beside the ego with their relation to it."""
+    """Return the lanes at the ego's arc length with their relation to the route."""
     here = [lane for lane in view.frame.lanes if lane.start_m - 1.0 <= view.ego_s <= lane.end_m + 1.0]
     return [(lane, relation(view, lane)) for lane in here]
 
@@ -100,17 +103,17 @@ def relation(view: FrenetScene, lane: Lane | None) -> LaneRelation:
 
 
 def _object(view: FrenetScene, i: int) -> SceneObject:
-    thing = view.objects[i]
+    obj = view.objects[i]
     lane = view.lane_of[i]
-    where = relation(view, lane)
+    lane_relation = relation(view, lane)
     half = view.ego.width_m / 2
     in_path = bool(abs(view.d[i]) - view.across[i] < half + PATH_MARGIN_M)
-    if thing.kind in VULNERABLE and thing.kind is not ObjectKind.BICYCLE and abs(view.vd[i]) > 0.3:
-        where = LaneRelation.CROSSING
-    moved = _to_ego(view, thing)
+    if obj.kind in VULNERABLE and obj.kind is not ObjectKind.BICYCLE and abs(view.vd[i]) > CROSSING_MPS:
+        lane_relation = LaneRelation.CROSSING
+    moved = _to_ego(view, obj)
     return SceneObject(
-        **{**thing.model_dump(), **moved},
-        lane=where,
+        **{**obj.model_dump(), **moved},
+        lane=lane_relation,
         lane_id=lane.strip.id if lane else None,
         gap_m=_rounded(view.gap[i]),
         left_edge_m=_rounded(view.d[i] + view.across[i]),
@@ -121,18 +124,18 @@ def _object(view: FrenetScene, i: int) -> SceneObject:
     )
 
 
-def _to_ego(view: FrenetScene, thing: TrackedObject) -> dict[str, float]:
-    """Pose and velocity of an object in the ego frame."""
+def _to_ego(view: FrenetScene, obj: TrackedObject) -> dict[str, float]:
+    """Return pose and velocity of an object in the ego frame."""
     ego = view.ego
     c, n = np.cos(ego.yaw_rad), np.sin(ego.yaw_rad)
-    dx, dy = thing.x_m - ego.x_m, thing.y_m - ego.y_m
-    yaw: Array = wrap_angle(np.array(thing.yaw_rad - ego.yaw_rad))
+    dx, dy = obj.x_m - ego.x_m, obj.y_m - ego.y_m
+    yaw: Array = wrap_angle(np.array(obj.yaw_rad - ego.yaw_rad))
     return {
         "x_m": _rounded(dx * c + dy * n),
         "y_m": _rounded(dy * c - dx * n),
         "yaw_rad": round(float(yaw), 3),
-        "vx_mps": _rounded(thing.vx_mps * c + thing.vy_mps * n),
-        "vy_mps": _rounded(thing.vy_mps * c - thing.vx_mps * n),
+        "vx_mps": _rounded(obj.vx_mps * c + obj.vy_mps * n),
+        "vy_mps": _rounded(obj.vy_mps * c - obj.vx_mps * n),
     }
 
 
@@ -140,8 +143,8 @@ def _rounded(value: float) -> float:
     return round(float(value), 2)
 
 
-def _lane(view: FrenetScene, lane: Lane, where: LaneRelation) -> SceneLane:
-    seen = view.sight_ahead_m(lane)
+def _lane(view: FrenetScene, lane: Lane, lane_relation: LaneRelation) -> SceneLane:
+    sight_m = view.sight_ahead_m(lane)
     right, _, left = lane.at(view.ego_s)
     lines = lane.lines(view.ego_s, view.ego_s + 30.0)
     line = LineKind.SOLID if LineKind.SOLID in lines else (lane.strip.line[0] if not lines else min(lines))
@@ -149,21 +152,21 @@ def _lane(view: FrenetScene, lane: Lane, where: LaneRelation) -> SceneLane:
     ahead, behind = _free(view, lane)
     return SceneLane(
         id=lane.strip.id,
-        relation=where,
+        relation=lane_relation,
         direction=lane.strip.direction,
         kind=lane.strip.kind,
         width_m=_rounded(left - right),
         line=LineKind.KERB if kerb else line,
         may_enter=not kerb and LineKind.SOLID not in lines and lane.strip.kind is LaneKind.DRIVING,
-        free_ahead_m=ahead if seen > 0 else None,
-        free_behind_m=behind if seen > 0 else None,
-        sight_ahead_m=_rounded(seen) if seen > 0 else None,
+        free_ahead_m=ahead if sight_m > 0 else None,
+        free_behind_m=behind if sight_m > 0 else None,
+        sight_ahead_m=_rounded(sight_m) if sight_m > 0 else None,
         speed_limit_mps=lane.strip.speed_limit_mps,
     )
 
 
 def _free(view: FrenetScene, lane: Lane) -> tuple[float, float]:
-    """Return the free length ahead of and behind the ego in a lane (m), at most the lane's own extent."""
+    """Return the free length ahead of and behind the ego in a lane (m), at most the known extent of the lane."""
     ahead, behind = lane.end_m - view.ego_front_s, view.ego_s - view.ego.length_m / 2 - lane.start_m
     rear = view.ego_s - view.ego.length_m / 2
     for i in range(len(view.objects)):

@@ -1,4 +1,4 @@
-"""Words on signs, from a closed list: what a sign says reaches nobody in any other form."""
+"""Words on signs, from a closed list. The text of a sign reaches reasoners in no other form."""
 
 from enum import Enum
 
@@ -6,7 +6,7 @@ from stucksolver.scene.base_model import FrozenModel
 
 
 class SignWord(str, Enum):
-    """What a sign, a paddle or a vehicle's livery can be read to say."""
+    """Meaning of the text on a sign, a paddle or a vehicle's livery."""
 
     STOP = "stop"
     YIELD = "yield"
@@ -22,12 +22,12 @@ class SignWord(str, Enum):
 
 
 class ObservedSign(FrozenModel):
-    """A word that was read at least twice while the vehicle stood."""
+    """Word that was read at least twice while the ego was stopped."""
 
     word: SignWord
     object_id: str | None = None
-    """The tracked object that carries it; None if it is on no tracked object."""
+    """Tracked object that carries the word; None if no tracked object does."""
     distance_m: float | None = None
-    """Distance from the ego's centre (m); None if it is not known, or if an object carries it."""
+    """Distance from the ego's center (m); None if unknown, or if an object carries the word."""
     bearing_rad: float | None = None
-    """Direction from the ego's heading, to the left positive; None if an object carries it."""
+    """Direction from the ego's heading, left positive; None if an object carries the word."""

@@ -1,4 +1,4 @@
-"""The data that the guard reads on every tick while a plan is pending or running."""
+"""Data that the guard reads on every tick while a plan is pending or running."""
 
 from enum import Enum
 
@@ -10,7 +10,7 @@ from stucksolver.scene.road import RoadGeometry
 
 
 class LightState(str, Enum):
-    """What a traffic light shows."""
+    """State of a traffic light."""
 
     RED = "red"
     YELLOW = "yellow"
@@ -20,26 +20,26 @@ class LightState(str, Enum):
 
 
 class ControlKind(str, Enum):
-    """What requires a vehicle to stop at a line."""
+    """Kind of a traffic control that requires a vehicle to stop at a line."""
 
     TRAFFIC_LIGHT = "traffic_light"
     STOP_SIGN = "stop_sign"
 
 
 class TrafficControl(FrozenModel):
-    """A traffic light or sign ahead on the route."""
+    """Traffic light or stop sign ahead on the route."""
 
     kind: ControlKind
     distance_m: float
-    """Distance along the route from the ego's front bumper to its stop line (m); negative once passed."""
+    """Distance along the route from the ego's front bumper to the stop line (m); negative after passing it."""
     applies: bool | None
-    """True if it governs the ego's lane and direction; None if unknown."""
+    """True if the control governs the ego's lane and direction; None if unknown."""
     state: LightState | None = None
-    """Set only for a light."""
+    """State of a traffic light; None for a sign."""
 
 
 class VehicleLimits(FrozenModel):
-    """The vehicle's limits that the guard assumes."""
+    """Limits of the vehicle that the guard assumes."""
 
     wheelbase_m: float = 2.9
     min_turn_radius_m: float = 6.0
@@ -48,11 +48,11 @@ class VehicleLimits(FrozenModel):
     max_braking_mps2: float = 6.0
     max_lateral_acceleration_mps2: float = 2.5
     measured_acceleration_mps2: float | None = Field(default=None, gt=0)
-    """Acceleration from rest that the vehicle has shown, less its spread (m/s²); None if it was not measured."""
+    """Measured acceleration from rest, less its spread (m/s²); None if it was not measured."""
 
 
 class EgoState(FrozenModel):
-    """The ego in the local frame. `x_m, y_m` is the centre of its bounding box."""
+    """Ego in the local frame. `x_m, y_m` is the center of its bounding box."""
 
     x_m: float
     y_m: float
@@ -62,11 +62,11 @@ class EgoState(FrozenModel):
     width_m: float = Field(gt=0)
     limits: VehicleLimits = VehicleLimits()
     position_sd_m: float | None = Field(default=None, ge=0)
-    """Standard deviation of its position across the road (m); None if localisation is exact."""
+    """Standard deviation of the position across the road (m); None if localization is exact."""
 
 
 class LaneSight(FrozenModel):
-    """How far a lane is *seen* along the reference line, from the ego's centre ahead and behind (m)."""
+    """Visible length of a lane along the reference line, from the ego's center ahead and behind (m)."""
 
     lane_id: str
     ahead_m: float
@@ -74,19 +74,19 @@ class LaneSight(FrozenModel):
 
 
 class Surroundings(FrozenModel):
-    """The output of perception for one tick, in the local frame of its `road`."""
+    """Output of perception for one tick, in the local frame of its `road`."""
 
     frame: int
-    """Number of the sensor data: another one for new data, the same for the same data."""
+    """Number of the sensor data: equal for equal data, different for new data."""
     time_s: float
-    """Time of the sensor data, on the clock of `Status.time_s` (s). Behind that clock, it counts as an age."""
+    """Time of the sensor data on the clock of `Status.time_s` (s). If it is behind that clock, it counts as an age."""
     age_s: float = 0.0
-    """Age of the sensor data when the stack hands them over (s)."""
+    """Age of the sensor data when the stack passes them to the solver (s)."""
     sensor_faults: tuple[str, ...] = ()
-    """Why nothing new is seen, if the stack knows: each failed sensor, in a few words for people."""
+    """Failed sensors, each in a few words for people, if the stack reports them as the reason for missing data."""
     ego: EgoState
     objects: tuple[TrackedObject, ...]
     controls: tuple[TrafficControl, ...] = ()
     sight: tuple[LaneSight, ...] = ()
-    """Lanes that are not listed are not seen at all."""
+    """Sight distances. A lane without an entry counts as not visible."""
     road: RoadGeometry

@@ -1,4 +1,4 @@
-"""The public face of the solver: `StuckSolver`, its events and its questions."""
+"""Public interface of the solver: `StuckSolver`, its events and its questions."""
 
 from stucksolver.solver.events import Event, EventKind, ExecutionTick, PlanReview
 from stucksolver.solver.questions import Question, QuestionError, QuestionKind

@@ -1,4 +1,4 @@
-"""Remembers the lines of traffic lights and stop signs: a light that is no longer seen is unknown, not gone."""
+"""Stores the lines of traffic lights and stop signs: a light that is no longer detected is unknown, not gone."""
 
 from __future__ import annotations
 
@@ -13,25 +13,26 @@ from stucksolver.scene import ControlKind, LightState, Surroundings, TrafficCont
 from stucksolver.scene.frenet import RoadFrame, road_frame
 
 BEHIND_M = 20.0
-"""A line this far behind the front bumper is forgotten: more than two of the longest ways back (8 m)."""
+"""Distance behind the front bumper after which a line is dropped (m): more than twice the longest way back (8 m)."""
 ASIDE_M = 8.0
-"""A line further than this from the route's line is not on the route: two lanes, as `ScenePolicy.beside_m`."""
+"""Distance from the route beyond which a line is not on the route (m): two lanes, as `ScenePolicy.beside_m`."""
 RANGE_SHARE = 0.1
-"""A line's place, seen from afar, may be wrong by this part of the distance. Ours."""
+"""Error of a line's position, as a share of the distance at its detection. Ours."""
 MOST_LINES = 64
-"""At most this many lines are remembered, the last ones: a bound on the work of a tick."""
+"""Maximum number of stored lines, the last ones: a bound on the work of a tick."""
 MAY_PASS = frozenset({LightState.GREEN, LightState.OFF})
+"""States that do not forbid crossing the line."""
 
 
 @dataclass(frozen=True)
 class _Line:
-    """A stop line at a place in the local frame, with what was last seen there.
+    """Stop line at a position in the local frame, with its last detections.
 
     Attributes:
-        kind: What requires the stop.
-        x_m, y_m: Where the route crosses the line (m).
-        sure_m: How far from there it may be seen the next time (m).
-        heads: Each light or sign of the line as it was last seen.
+        kind: Kind of the control that requires the stop.
+        x_m, y_m: Point at which the route crosses the line (m).
+        sure_m: Distance from there within which a detection belongs to this line (m).
+        heads: Each light or sign of the line at its last detection.
     """
 
     kind: ControlKind
@@ -42,22 +43,22 @@ class _Line:
 
     @property
     def may_be_passed(self) -> bool:
-        """True if nothing that was last seen at the line forbids to cross it, once the front is over it."""
+        """True if no control of the line, at its last detection, forbids to cross it."""
         return self.kind is ControlKind.STOP_SIGN or all(head.state in MAY_PASS for head in self.heads)
 
 
 @dataclass(frozen=True)
 class _Place:
-    """A line in the present window of the road: its distance from the front bumper (m), and the line."""
+    """Line in the present window of the road, with its distance from the front bumper (m)."""
 
     distance_m: float
     line: _Line
 
 
 class ControlMemory:
-    """Keeps every line that was seen until it is well behind the ego, or seen otherwise.
+    """Memory of each detected line until it is well behind the ego, or detected differently.
 
-    Controls have no ids: a line is known again by its kind and its place in the local frame.
+    Controls have no ids: a line is identified by its kind and its position in the local frame.
     """
 
     def __init__(self, policy: ControlPolicy | None = None) -> None:
@@ -65,14 +66,14 @@ class ControlMemory:
         self._lines: tuple[_Line, ...] = ()
 
     def controls(self, raw: Surroundings) -> tuple[TrafficControl, ...]:
-        """Return the controls that are seen, and for each one that has vanished one of unknown state.
+        """Return the detected controls, and for each vanished control one of unknown state.
 
-        If nothing has vanished, this is `raw.controls` itself.
+        If none has vanished, this is `raw.controls` itself.
         """
         if not raw.controls and not self._lines:
             return raw.controls
         frame, front_s = _front(raw)
-        known, elsewhere = self._here(frame, front_s)
+        known, off_route = self._here(frame, front_s)
         matched, others = self._matched(raw.controls, known)
         vanished: list[TrafficControl] = []
         lines: list[_Line] = []
@@ -81,31 +82,31 @@ class ControlMemory:
             lines.append(line)
             vanished += missing
         lines += self._new(others, frame, front_s)
-        self._lines = (*elsewhere, *lines)[-MOST_LINES:]
+        self._lines = (*off_route, *lines)[-MOST_LINES:]
         return tuple(sorted((*raw.controls, *vanished), key=lambda c: c.distance_m)) if vanished else raw.controls
 
     def _here(self, frame: RoadFrame, front_s: float) -> tuple[list[_Place], list[_Line]]:
-        """Return the lines on this piece of the route that are not yet well behind, and those on none of it."""
+        """Return the lines on this stretch of the route that are not yet well behind, and the lines not on it."""
         here: list[_Place] = []
-        elsewhere: list[_Line] = []
+        off_route: list[_Line] = []
         for line in self._lines:
             s, d, _ = frame.to_road(np.array([[line.x_m, line.y_m]]))
             on_route = abs(float(d[0])) < ASIDE_M and frame.s[0] <= s[0] <= frame.end_m
             if not on_route:
-                elsewhere.append(line)
+                off_route.append(line)
             elif float(s[0]) - front_s > -BEHIND_M:
                 here.append(_Place(float(s[0]) - front_s, line))
-        return here, elsewhere
+        return here, off_route
 
     @staticmethod
     def _matched(
         controls: Iterable[TrafficControl], known: list[_Place]
     ) -> tuple[list[list[TrafficControl]], list[TrafficControl]]:
-        """Return for each known line the controls that are seen there now, and the controls at no known line.
+        """Return for each known line its detected controls, and the controls at no known line.
 
         Each control belongs to the nearest line.
         """
-        found: list[list[TrafficControl]] = [[] for _ in known]
+        groups: list[list[TrafficControl]] = [[] for _ in known]
         others: list[TrafficControl] = []
         for control in controls:
             away = [
@@ -114,21 +115,22 @@ class ControlMemory:
             ]
             k = min(range(len(known)), key=away.__getitem__, default=None)
             if k is not None and away[k] <= known[k].line.sure_m:
-                found[k].append(control)
+                groups[k].append(control)
             else:
                 others.append(control)
-        return found, others
+        return groups, others
 
     def _seen_again(
         self, place: _Place, seen: list[TrafficControl], frame: RoadFrame, front_s: float
     ) -> tuple[_Line, list[TrafficControl]]:
-        """Return a line as it is known now, and its controls that have vanished."""
+        """Return the updated line, and its controls that have vanished."""
         line = place.line
         lost = _lost(line.heads, seen)
         if seen:
             line = replace(self._line(seen, frame, front_s), heads=(*seen, *lost))
         distance_m = min((c.distance_m for c in seen), default=place.distance_m)
-        # A stack may stop to report a line as soon as the front is over it. What could be passed has been passed then.
+        # A stack may stop reporting a line as soon as the front is over it. A line that may be crossed then counts as
+        # passed.
         ahead_m = 0.0 if line.may_be_passed else -self._policy.over_line_m
         if distance_m < ahead_m:
             return line, []
@@ -162,25 +164,25 @@ def _front(raw: Surroundings) -> tuple[RoadFrame, float]:
 
 
 def _lost(before: tuple[TrafficControl, ...], seen: list[TrafficControl]) -> list[TrafficControl]:
-    """Return the heads of a line that were seen before and are not accounted for by those seen now.
+    """Return the heads of a line that were detected before and have no counterpart among the present detections.
 
-    Heads that agreed are one signal: any of them speaks for all. Of heads that showed different things, each counts.
+    Heads with equal states are one signal, so any of them represents all. Heads with different states count each.
     """
     if not seen:
         return list(before)
     if len({(head.state, head.applies) for head in before}) == 1:
         return []
-    left = list(before)
+    remaining = list(before)
     changed = []
     for head in seen:
-        same = next((k for k, b in enumerate(left) if (b.state, b.applies) == (head.state, head.applies)), None)
+        same = next((k for k, b in enumerate(remaining) if (b.state, b.applies) == (head.state, head.applies)), None)
         if same is None:
             changed.append(head)
         else:
-            del left[same]
-    # A head that shows something new is one of those that may have changed; those that forbid are kept to the last.
-    left.sort(key=lambda head: head.state not in MAY_PASS)
-    return left[len(changed) :]
+            del remaining[same]
+    # A head with a new state is one of those that may have changed. Heads that forbid crossing are kept to the last.
+    remaining.sort(key=lambda head: head.state not in MAY_PASS)
+    return remaining[len(changed) :]
 
 
 def _unknown(head: TrafficControl, distance_m: float) -> TrafficControl:

@@ -1,4 +1,4 @@
-"""The events that the solver sends to its listeners, one for each thing that a reviewer wants to know."""
+"""Events that the solver sends to its listeners."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from stucksolver.solver.state_machine.execution_steps import ExecutionOutcome
 
 
 class EventKind(str, Enum):
-    """The type of an event."""
+    """Kind of an event."""
 
     TRIGGERED = "triggered"
     DECIDED = "decided"
@@ -24,31 +24,31 @@ class EventKind(str, Enum):
     ABORTED = "aborted"
     FINISHED = "finished"
     INEFFECTIVE = "useless"
-    """The last plan finished, but the vehicle has not moved on and is still immobilized."""
+    """The last plan finished, but the ego made no progress and is still immobilized."""
     RECOVERED = "recovered"
     GUIDANCE = "guidance"
     GUIDANCE_ENDED = "guidance_ended"
     ASKED_BACK = "asked_back"
-    """The passenger's words were not understood; the text asks what was meant. The answer is given in words."""
+    """The passenger's utterance was not understood. The text asks for its meaning; the reply is an utterance."""
     PERCEPTION_DISPUTED = "disagreed"
-    """A reasoner that looks at the image contradicts perception; what perception allowed counts as unknown for a
-    while.
+    """A reasoner that uses the image contradicts perception. The object that perception allowed counts as unknown for
+    some time.
     """
     FAILED = "failed"
     CANCELLED = "cancelled"
-    """A question to a reasoner or a person was withdrawn because the situation cleared."""
+    """A query to a reasoner or a question to a person was withdrawn because the situation cleared."""
     ESCALATED = "escalated"
     ASKED = "asked"
     """A person was asked a question."""
     ANSWERED = "answered"
     HELD = "held"
-    """After a hand-back, the driver was stopped at the last moment before it would have touched something."""
+    """After a hand-back, the driver was stopped just before a contact."""
     STOPPED = "stopped"
     RELEASED = "released"
     CLOSED = "closed"
     """The intervention has ended."""
     FAULT = "fault"
-    """The clock, the surroundings or a listener misbehaved."""
+    """Fault of the clock, the surroundings or a listener."""
 
 
 class Event(FrozenModel):
@@ -65,14 +65,14 @@ class Event(FrozenModel):
     reasoner: str | None = None
     decision: Decision | None = None
     waiting: bool = False
-    """True if the decision is to wait and the ladder allows it."""
+    """True if the decision is to wait and the ladder allows the wait."""
     trace: ReasonerTrace | None = None
     verdict: Verdict | None = None
     question: Question | None = None
     answer: bool | None = None
-    """The person's answer, for `EventKind.ANSWERED`."""
+    """Reply of the person, for `EventKind.ANSWERED`."""
     reading: Interpretation | None = None
-    """How the passenger's words were understood."""
+    """Interpretation of the passenger's utterance."""
 
 
 Listener = Callable[[Event], None]
@@ -80,9 +80,7 @@ Listener = Callable[[Event], None]
 
 @dataclass(frozen=True)
 class PlanReview:
-    """Everything on which the verdict on a proposed plan depends. `now_s` is the solver's own time, which never
-    jumps.
-    """
+    """All inputs of the verdict on a proposed plan. `now_s` is the solver's own time, which never jumps."""
 
     time_s: float
     now_s: float
@@ -95,16 +93,16 @@ class PlanReview:
 
 @dataclass(frozen=True)
 class ExecutionTick:
-    """Everything on which the verdict on a running plan depends at one tick, and the result."""
+    """All inputs of the verdict on a running plan at one tick, and the result."""
 
     time_s: float
     now_s: float
     surroundings: Surroundings
     withdrawn: bool
-    """True if words withdrew the plan before this tick."""
+    """True if guidance withdrew the plan before this tick."""
     result: Directive | ExecutionOutcome
     verdict: Verdict
 
 
 StepOutput = Event | PlanReview | ExecutionTick
-"""What a transition reports, in order."""
+"""Outputs of a transition, in order."""

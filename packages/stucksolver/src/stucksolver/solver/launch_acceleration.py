@@ -1,4 +1,4 @@
-"""Measures how quickly the vehicle sets off under its own driver, so that proofs need not assume it."""
+"""Measures the acceleration of the vehicle from rest under its own driver, so that proofs need not assume it."""
 
 from __future__ import annotations
 
@@ -8,24 +8,24 @@ from collections import deque
 from stucksolver.scene import Status, Surroundings
 
 REST_MPS = 0.1
-"""Below this speed the vehicle stands."""
+"""Speed below which the vehicle counts as stopped (m/s). Ours."""
 LAUNCHED_MPS = 3.0
-"""A launch is over at this speed: about what a plan needs to enter a lane."""
+"""Speed at which a launch is over (m/s): about the speed that a plan needs to enter a lane."""
 EASES_MPS = 0.05
-"""A launch that loses more speed than this is held up by somebody and says nothing about the vehicle."""
+"""Loss of speed above which a launch does not count (m/s): other traffic holds the vehicle up. Ours."""
 FEWEST, KEPT = 2, 8
-"""Number of launches needed before anything counts as measured, and of the last ones that are kept."""
+"""Least number of launches for a measurement, and number of last launches that are stored. Ours."""
 LEAST_MPS2 = 0.1
-"""Less than this measures nothing: the launches differ too much."""
+"""Least value of a measurement (m/s²): below it the launches differ too much. Ours."""
 SPREADS = 2.0
-"""The measured value is the mean less this many standard deviations."""
+"""Number of standard deviations below the mean at which the measured value is taken. Ours."""
 
 
 class LaunchAcceleration:
-    """Watches every status for launches: from rest to `LAUNCHED_MPS` without losing speed.
+    """Measurement of launches: from rest to `LAUNCHED_MPS` without losing speed.
 
-    The vehicle may set off slowly because it follows somebody, so the slower half of the launches does not count, as
-    long as two are left.
+    The vehicle may set off slowly behind a lead. Therefore the slower half of the launches does not count, as long as
+    two launches remain.
     """
 
     def __init__(self) -> None:
@@ -34,12 +34,12 @@ class LaunchAcceleration:
         self._quickest_mps = 0.0
 
     def update(self, status: Status, *, own: bool) -> None:
-        """Take the status of a tick.
+        """Update the measurement with the status of a tick.
 
         Args:
             status: Time (s) and speed (m/s).
-            own: The stack's own driver has driven since the last tick. A plan bounds the speed, so its launches do not
-                count.
+            own: True if the stack's own driver has driven since the last tick. A plan bounds the speed, so its launches
+                do not count.
         """
         if not own:
             self._begun_s = None
@@ -59,15 +59,15 @@ class LaunchAcceleration:
 
     @property
     def acceleration_mps2(self) -> float | None:
-        """Acceleration from rest that may be relied on (m/s²): the mean less its spread; None if not yet measured."""
+        """Reliable acceleration from rest (m/s²): the mean less its spread; None if not measured yet."""
         if len(self._found) < FEWEST:
             return None
         quicker = sorted(self._found, reverse=True)[: max(FEWEST, (len(self._found) + 1) // 2)]
-        sure = statistics.mean(quicker) - SPREADS * statistics.stdev(quicker)
-        return sure if sure > LEAST_MPS2 else None
+        reliable = statistics.mean(quicker) - SPREADS * statistics.stdev(quicker)
+        return reliable if reliable > LEAST_MPS2 else None
 
     def with_measured_acceleration(self, seen: Surroundings) -> Surroundings:
-        """Return the surroundings with what was measured among the vehicle's limits, for the guard and the record."""
+        """Return the surroundings with the measurement among the vehicle's limits, for the guard and the record."""
         measured = self.acceleration_mps2
         if measured is None:
             return seen

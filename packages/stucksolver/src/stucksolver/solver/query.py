@@ -1,4 +1,4 @@
-"""A question to a reasoner."""
+"""Query to a reasoner."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from stucksolver.scene import Interpretation, Scene, Surroundings
 
 @dataclass(frozen=True)
 class Query:
-    """A question to a reasoner. Its number is unique in a solver.
+    """Query to a reasoner. Its number is unique in a solver.
 
     Attributes:
-        number: Number of the question.
-        reasoner: The ladder's name for the reasoner.
-        scene: What the reasoner is told.
-        asked_s: When it was asked (s, the solver's own time).
+        number: Number of the query.
+        reasoner: Name of the reasoner in the ladder.
+        scene: Scene as sent to the reasoner.
+        asked_s: Time of the query (s, the solver's own time).
         deadline_s: Time for the answer (s).
-        screen: The rules answer instead if the vehicle is only held up.
-        outlived: Reasons to wait that have lasted too long.
-        seen: The surroundings with which the guard checks plans that the reasoner considers.
-        reading: The reading of the passenger's words, for the same check.
+        screen: True if the rules answer instead when the vehicle has a legitimate wait.
+        outlived: Reasons to wait that have exceeded their limit.
+        seen: Surroundings with which the guard checks plans that the reasoner considers.
+        reading: Interpretation of the passenger's guidance, for the same check.
     """
 
     number: int
@@ -37,7 +37,7 @@ class Query:
 
 @dataclass(frozen=True)
 class NoAnswer:
-    """The reason why there is no answer. `malformed`: there was one, and it could not be used."""
+    """Reason for a missing answer. `malformed`: there was an answer, but it was unusable."""
 
     why: str
     malformed: bool = False

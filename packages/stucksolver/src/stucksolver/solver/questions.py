@@ -1,4 +1,4 @@
-"""Questions to people: what is asked, the deadline, and the reply."""
+"""Questions to people, with their deadlines and replies."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from stucksolver.scene.base_model import FrozenModel
 
 
 class QuestionKind(str, Enum):
-    """What a person is asked for."""
+    """Kind of a question."""
 
     APPROVAL = "approval"
-    """May this plan be driven? Answered by `approve` or `deny`."""
+    """May this plan be driven? The reply is `approve` or `deny`."""
     ADVICE = "advice"
-    """What shall I do? Answered by words (`guide`)."""
+    """What shall I do? The reply is an utterance (`guide`)."""
     ASSISTANCE = "assistance"
-    """The vehicle stands in its minimal risk condition. `approve` lets it try again."""
+    """The vehicle has stopped in its minimal risk condition. `approve` lets it try again."""
 
 
 class Question(FrozenModel):
-    """One question, in the form that a page shows."""
+    """One question, in the form for a page."""
 
     id: str
     time_s: float
@@ -32,14 +32,14 @@ class Question(FrozenModel):
     text: str
     plan: RecoveryPlan | None = None
     needs: tuple[str, ...] = ()
-    """What a yes would release: names of behaviours or rules, for example `solid_line`."""
+    """Behaviors or rules that a yes approves, for example `solid_line`."""
     within_s: float | None = None
-    """The question is withdrawn after this time; None if it stays open."""
+    """Time after which the question is withdrawn (s); None if it stays open."""
 
 
 @dataclass(frozen=True)
 class PersonReply:
-    """A person's yes or no to a question."""
+    """Reply of a person to a question: yes or no."""
 
     question: Question
     yes: bool
@@ -47,11 +47,11 @@ class PersonReply:
 
 
 class QuestionError(ValueError):
-    """A reply without an open question, or from the wrong person. The message says what is asked."""
+    """Reply without an open question, or from the wrong person. The message has the open question."""
 
 
 class QuestionDesk:
-    """Shows the open question and takes the reply. May be called from any thread."""
+    """Holder of the open question and its reply. May be used from any thread."""
 
     def __init__(self) -> None:
         self.pending: Question | None = None
@@ -65,31 +65,31 @@ class QuestionDesk:
                 self.pending, self._reply = question, None
 
     def reply(self, yes: bool, question_id: str | None, by: Person) -> None:
-        """Take a reply; it counts from the next step on.
+        """Store a reply; it counts from the next step on.
 
         Args:
-            yes: The answer.
+            yes: Reply.
             question_id: Id of the question, or None for the open one.
-            by: Who answers.
+            by: Person who replies.
 
         Raises:
-            QuestionError: Nothing is asked, another question is open, or it is for another person.
+            QuestionError: No question is open, another question is open, or the question is for another person.
         """
         with self._lock:
             question = self.pending
             if question is None:
-                raise QuestionError("nothing is asked now")
+                raise QuestionError("no question is open")
             if question_id is not None and question_id != question.id:
                 raise QuestionError(f"question {question_id} is no longer open; the open one is {question.id}")
             if question.kind is QuestionKind.ADVICE:
-                raise QuestionError(f"question {question.id} asks for words: call guide(text)")
+                raise QuestionError(f"question {question.id} requires an utterance: call guide(text)")
             if question.to == "operator" and by != "operator":
                 raise QuestionError(f"question {question.id} is for the operator")
-            if self._reply is None or not yes:  # of two people who contradict each other, the no wins
+            if self._reply is None or not yes:  # If two people contradict each other, the no counts.
                 self._reply = PersonReply(question, yes, by)
 
     def take(self) -> PersonReply | None:
-        """Return the reply to the open question once; None while there is none."""
+        """Return the reply to the open question once; None without a reply."""
         with self._lock:
             reply, self._reply = self._reply, None
             return reply

@@ -1,4 +1,4 @@
-"""Watches whether the vehicle recovered: 15 m of new progress after an immobilization began."""
+"""Detects a recovery: 15 m of new progress after an immobilization began."""
 
 from __future__ import annotations
 
@@ -8,13 +8,14 @@ from stucksolver.immobilization import Trigger
 from stucksolver.scene import Status
 
 RECOVERED_M = 15.0
+"""New progress since the onset that counts as a recovery (m), as `HandBack.progress_m`."""
 
 
 @dataclass(frozen=True)
 class RecoveryWatch:
-    """Remembers where and when the current immobilization began.
+    """Watch over the current immobilization.
 
-    `onset` is the time (s) and the progress on the route (m) at its beginning; None if there is none.
+    `onset` is the time (s) and the progress on the route (m) at its beginning; None without an immobilization.
     """
 
     recovered_m: float = RECOVERED_M
@@ -22,13 +23,13 @@ class RecoveryWatch:
 
     @property
     def active(self) -> bool:
-        """True during an immobilization that has not been recovered from."""
+        """True during an immobilization without a recovery."""
         return self.onset is not None
 
     def advance(
         self, status: Status, slow_since_s: float | None, trigger: Trigger | None
     ) -> tuple[RecoveryWatch, float | None]:
-        """Return the watch after one more tick, and the seconds from onset to recovery at the tick of the recovery."""
+        """Return the watch after one more tick, and at the tick of a recovery the time since the onset (s)."""
         if self.onset is None:
             if trigger is None:
                 return self, None

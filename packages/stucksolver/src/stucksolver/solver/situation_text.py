@@ -1,16 +1,20 @@
-"""Describes the situation in which words are said, as one or two short sentences for the reader."""
+"""Describes the situation of an utterance in one or two short sentences for the interpreter.
+
+The interpreter was trained with sentences of this kind, so another wording may change its results.
+"""
 
 from __future__ import annotations
 
 from stucksolver.scene import ControlKind, LightState, Scene
 
-MOVING_MPS = 5 / 3.6
 AHEAD_M = 45.0
+"""Greatest distance of a lead in the text (m). Ours."""
 LIGHT_M = 40.0
+"""Greatest distance of a traffic light in the text (m). Ours."""
 
 
 def situation_text(scene: Scene | None, question: str | None = None) -> str:
-    """Return what the vehicle is doing, behind what and before which light, and the open yes-or-no question."""
+    """Return the ego's motion, its lead, the traffic light ahead, and the open yes-or-no question."""
     parts = [] if scene is None else [_doing(scene), *_light(scene)]
     if question is not None:
         parts.append(f"The car asks: {question}")
@@ -19,12 +23,12 @@ def situation_text(scene: Scene | None, question: str | None = None) -> str:
 
 def _doing(scene: Scene) -> str:
     lead = next(iter(scene.in_path_ahead(AHEAD_M)), None)
-    doing = "Driving" if scene.ego.speed_mps >= MOVING_MPS else "Standing"
+    doing = "Standing" if scene.ego.is_slow else "Driving"
     if lead is None:
         return f"{doing}, nothing in the way."
-    what = lead.kind.value.replace("_", " ")
+    lead_kind = lead.kind.value.replace("_", " ")
     how = "slow" if lead.speed_along_mps > 0.5 else "stopped"
-    return f"{doing} behind a {how} {what}{', hazard lights on' if lead.hazard_lights else ''}."
+    return f"{doing} behind a {how} {lead_kind}{', hazard lights on' if lead.hazard_lights else ''}."
 
 
 def _light(scene: Scene) -> list[str]:

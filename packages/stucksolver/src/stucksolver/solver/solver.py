@@ -1,4 +1,4 @@
-"""`StuckSolver`: the object that a driving stack owns. It watches, asks, checks and gives directives."""
+"""`StuckSolver`: the object that a driving stack owns. It monitors, queries, checks and returns directives."""
 
 from __future__ import annotations
 
@@ -41,52 +41,55 @@ from stucksolver.solver.workers.reasoner_worker import ReasonerWorker
 
 T = TypeVar("T")
 BRIEF_S = 1.0
-"""A status that cannot be used for no longer than this changes nothing (s): as long as `DetectorSettings.dwell_s`."""
-ASK_BACK = "I did not understand that. Shall I wait, drive on, go round, or take another way?"
+"""Longest time with unusable statuses that changes nothing (s): `DetectorSettings.dwell_s`."""
+ASK_BACK = "I did not understand that. Shall I wait, drive on, pass, or take another route?"
+"""Question to the passenger after an utterance that was not understood."""
 
 
 class CallOnce(Generic[T]):
-    """A function that is called at most once. `made` is its result, None before the call."""
+    """Function that is called at most once. `result` is its result, None before the call."""
 
     def __init__(self, make: Callable[[], T]) -> None:
         self._make = make
-        self.made: T | None = None
+        self.result: T | None = None
 
     def __call__(self) -> T:
-        if self.made is None:
-            self.made = self._make()
-        return self.made
+        if self.result is None:
+            self.result = self._make()
+        return self.result
 
 
 MakeScene = Callable[[Surroundings], "Scene | None"]
-"""Builds the scene for a reasoner: the stack adds its route, its lanes and its behaviours to the surroundings."""
+"""Builds the scene for a reasoner. The stack adds its route, its lanes and its behaviors to the surroundings."""
 
 
 class StuckSolver:
-    """Gets a stuck vehicle moving again. Make one, call `step` on every tick, and perform the directive it returns.
+    """Solver that gets an immobilized vehicle moving again.
 
-    `step`, `scene` and `surroundings` run in the caller's thread; reasoners run in their own. `guide`, `approve` and
-    `deny` may be called from any thread.
+    Create one solver, call `step` on every tick, and perform the directive that it returns. `step`, `scene` and
+    `surroundings` run in the caller's thread; reasoners run in their own. `guide`, `approve` and `deny` may be called
+    from any thread.
 
-    This class owns threads, clocks and senses. All decisions are made by
+    This class owns threads, clocks and monitors. All decisions are made by
     `stucksolver.solver.state_machine.transition`, a pure function of a state and the inputs of a tick.
 
     Args:
-        scene: Builds the scene for a reasoner from the surroundings that the guard sees; may return None.
-        ladder: The escalation policy: the name of a profile, a file, or a `Ladder`.
-        reasoner: Replaces the built-in rules: a reasoner, or the name of one, such as `distilled`.
+        scene: Builds the scene for a reasoner from the surroundings that the guard reads; may return None.
+        ladder: Escalation policy: the name of a profile, a file, or a `Ladder`.
+        reasoner: Replacement of the built-in rules: a reasoner, or its name, such as `distilled`.
         models: Reasoners for the other rungs of the ladder, by the names that the ladder uses.
-        reader: Reads the passenger's words. Default: the network that ships with the package, if its packages are
-            installed.
-        guard: Checks every plan. Default: a guard with the ladder's policy. It must not be laxer than that.
-        detector: What counts as immobilized.
-        clock: When answers are delivered: `wall`, `lockstep`, `latency:SECONDS`, `latency:measured`, or a
-        `DeliveryClock`. on_event: Called with every event. record: Receives everything that is needed to derive each
-        step again. observe_only: Judge plans, but never perform them and ask nobody.
+        reader: Interpreter of the passenger's utterances. Default: the network that ships with the package, if its
+            packages are installed.
+        guard: Checker of every plan. Default: a guard with the ladder's policy. It must not be laxer than that.
+        detector: Thresholds of an immobilization.
+        clock: Delivery of answers: `wall`, `lockstep`, `latency:SECONDS`, `latency:measured`, or a `DeliveryClock`.
+        on_event: Called with every event.
+        record: Step listener that receives everything that is needed to derive each step again.
+        observe_only: True to check plans, but never perform them, and ask no person.
 
     Raises:
         LadderError: The ladder cannot be read, or the guard is laxer than the ladder's policy.
-        ReasonerNameError: There is no such reasoner, or the weights of the student are missing or of another version.
+        ReasonerNameError: The reasoner is unknown, or the weights of the student are missing or of another version.
         ValueError: The clock is unknown, or no rung of the ladder can be used.
     """
 
@@ -110,14 +113,14 @@ class StuckSolver:
         laxer = self.guard.policy.laxer_than(self.ladder.guard_policy())
         if laxer:
             raise LadderError(
-                f"the guard given asks for less than ladder {self.ladder.name!r} does for: {', '.join(laxer)}; "
-                "give a stricter one, or a ladder whose approvals say so and no guard"
+                f"the guard requires less approval than ladder {self.ladder.name!r} for: {', '.join(laxer)}; "
+                "give a stricter guard, or a ladder with these approvals and no guard"
             )
         self.clock = make_clock(clock) if isinstance(clock, str) else clock
         first = make_reasoner(reasoner) if isinstance(reasoner, str) else reasoner
-        given = {"rules": first or RuleReasoner(self.ladder.waits.limits()), **(models or {})}
-        students = {name: make_reasoner(name) for name in self.ladder.students() if name not in given}
-        reasoners = {**given, **students}
+        configured = {"rules": first or RuleReasoner(self.ladder.waits.limits()), **(models or {})}
+        students = {name: make_reasoner(name) for name in self.ladder.students() if name not in configured}
+        reasoners = {**configured, **students}
         self.reasoners: Mapping[str, Reasoner] = reasoners
         names = {rung: item.name for rung, item in reasoners.items()}
         self._stack_scene = scene
@@ -132,11 +135,11 @@ class StuckSolver:
         self._reasoner = ReasonerWorker(ReasonerPool(reasoners, self.ladder.waits), self.guard, self.clock)
         self._reader = InterpreterWorker(reader or find_reader(), self.clock)
         self._desk = QuestionDesk()
-        self._said: deque[str] = deque()
-        """What was said since the last step; filled by any thread."""
-        unread = self._reader.reader
-        ask_back = unread.why if isinstance(unread, NoInterpreter) else ASK_BACK
-        self._setup = SolverSetup(self.guard, self.ladder, names, ask_back, observe_only)
+        self._utterances: deque[str] = deque()
+        """Utterances since the last step; filled by any thread."""
+        interpreter = self._reader.reader
+        ask_back = interpreter.why if isinstance(interpreter, NoInterpreter) else ASK_BACK
+        self._setup = SolverSetup(self.guard, self.ladder, names, ask_back, observe_only, self._detector.settings)
         self._state = first_state(self.ladder, frozenset(reasoners), observe_only=observe_only)
         if record is not None:
             settings = self._detector.settings
@@ -146,12 +149,12 @@ class StuckSolver:
     # ---- called by the stack, a web page, or an operator's desk
 
     def step(self, status: Status, surroundings: Read | Callable[[], Surroundings]) -> Directive:
-        """Return what the stack should do at this tick. Returns at once, except with a lockstep clock.
+        """Return the directive for this tick. Returns at once, except with a lockstep clock.
 
         Args:
             status: Time (s), speed (m/s) and progress along the route (m) of the ego.
             surroundings: Returns the surroundings in the local frame of their road, or None if there are none. Called
-                only when something may be wrong and while a plan runs.
+                only when the ego may be immobilized and while a plan runs.
 
         Returns:
             `Continue` if the stack should drive by itself, otherwise the directive to perform.
@@ -164,65 +167,65 @@ class StuckSolver:
         self._launches.update(status, own=self._driver_drives)
         self._driver_drives = True
         trigger = self._detector.update(status)
-        idle = trigger is None and not self._said and self._timeline.jump_s is None
+        idle = trigger is None and not self._utterances and self._timeline.jump_s is None
         if idle and not self._state.engaged and not self._reader.busy:
             return CONTINUE
         return self._take_step(status, trigger, CallOnce(lambda: self._look(surroundings, status.time_s)))
 
     @property
     def state(self) -> State:
-        """The current state, a frozen value."""
+        """Current state, a frozen value."""
         return self._state
 
     @property
     def detector_settings(self) -> DetectorSettings:
-        """What counts as immobilized."""
+        """Thresholds of an immobilization."""
         return self._detector.settings
 
     def guide(self, text: str) -> None:
-        """Take a person's words at any time; they count from the next step on, in the order in which they were said.
+        """Store an utterance at any time. Utterances count from the next step on, in their order.
 
-        A call to stop counts first, and whatever else is said at about the same time does not undo it.
+        A call to stop counts first, and no other utterance at about the same time undoes it.
 
         Args:
-            text: What the passenger said; cut after `MAX_WORDS` characters.
+            text: Utterance of the passenger; cut after `MAX_WORDS` characters.
         """
-        self._said.append(text[:MAX_WORDS])
+        self._utterances.append(text[:MAX_WORDS])
 
     @property
     def pending_question(self) -> Question | None:
-        """The open question to a person, or None."""
+        """Open question to a person, or None."""
         return self._desk.pending
 
     def approve(self, question_id: str | None = None, by: Person = "passenger") -> None:
-        """Say yes to the open question; it counts from the next step on.
+        """Reply yes to the open question; the reply counts from the next step on.
 
         Args:
             question_id: Id of the question, or None for the open one.
-            by: Who answers.
+            by: Person who replies.
 
         Raises:
-            QuestionError: Nothing is asked, another question is open, or it is for another person.
+            QuestionError: No question is open, another question is open, or the question is for another person.
         """
         self._desk.reply(True, question_id, by)
 
     def deny(self, question_id: str | None = None, by: Person = "passenger") -> None:
-        """Say no to the open question; it counts from the next step on.
+        """Reply no to the open question; the reply counts from the next step on.
 
         Args:
             question_id: Id of the question, or None for the open one.
-            by: Who answers.
+            by: Person who replies.
 
         Raises:
-            QuestionError: Nothing is asked, another question is open, or it is for another person.
+            QuestionError: No question is open, another question is open, or the question is for another person.
         """
         self._desk.reply(False, question_id, by)
 
     def close(self) -> None:
-        """Drop the question under way. Nothing more is asked unless `step` is called again."""
+        """Drop the running query. No further query starts unless `step` is called again."""
         if isinstance(self._state.activity, Querying):
             self._state = replace(self._state, activity=Monitoring())
-        self._put_to_work()
+        self._update_worker()
 
     def __enter__(self) -> StuckSolver:
         return self
@@ -233,16 +236,16 @@ class StuckSolver:
     # ---- the tick
 
     def _without_status(self, last: Status | None, surroundings: Read) -> Directive:
-        """Handle a tick without a usable status: the vehicle is left to its driver.
+        """Return the directive for a tick without a usable status: the vehicle is left to its driver.
 
-        Nothing begins. A running plan is supervised with the last status and the surroundings for a limited time, and
-        then ends like one whose surroundings are missing. Everything else rests for a moment, and then ends, too.
+        No plan begins. A running plan is supervised with the last status and the surroundings for a limited time. Then
+        it ends like a plan without surroundings. Other activities pause for a short time, and then end, too.
         """
         why = self._status.fault
         assert why is not None
         if self._status.is_news():
-            under_way, rung = self._state.intervention, self._state.escalation.rung
-            number = None if under_way is None else under_way.number
+            intervention, rung = self._state.intervention, self._state.escalation.rung
+            number = None if intervention is None else intervention.number
             time_s = (self._timeline.now_s or 0.0) - self._timeline.offset_s
             text = f"{why}. Until then the vehicle is left to its driver"
             self._bus.fault(Event(time_s=time_s, kind=EventKind.FAULT, text=text, intervention=number, rung=rung))
@@ -254,37 +257,39 @@ class StuckSolver:
         if not (self._state.engaged or self._reader.busy):
             return CONTINUE
         runs = executes and bad_s <= BLIND_LIMIT_S
-        # The fault was reported above, so the sight names none.
+        # The fault was reported above, so the input has no fault.
         look = CallOnce(lambda: self._look(surroundings, last.time_s) if runs else SurroundingsInput(None, None, bad_s))
         return self._take_step(last, None, look)
 
     def _take_step(self, status: Status, trigger: Trigger | None, look: CallOnce[SurroundingsInput]) -> Directive:
-        """Run one transition and act on its result."""
+        """Run one transition and act on its result.
+
+        The order matters. The question is opened before the worker starts, and the detector is reset before its next
+        update. Listeners come last, so that an error in them cannot change the step.
+        """
         scene = CallOnce(lambda: self._snapshot(status, look()))
         inputs = self._inputs(status, trigger, look, scene)
         before = self._state
-        self._state, directive, told = transition(before, inputs, self._setup)
+        self._state, directive, outputs = transition(before, inputs, self._setup)
         self._desk.show(self._state.question)
         if self._state.detector_ignored_until_s != before.detector_ignored_until_s:
             self._detector.forget()
-        self._put_to_work()
+        self._update_worker()
         self._driver_drives = directive == CONTINUE
-        self._bus.step(TransitionStep(before, inputs, look.made, scene.made, self._state, directive, told))
+        self._bus.step(TransitionStep(before, inputs, look.result, scene.result, self._state, directive, outputs))
         return directive
 
     def _inputs(
         self, status: Status, trigger: Trigger | None, look: CallOnce[SurroundingsInput], scene: CallOnce[SceneInput]
     ) -> Inputs:
-        """Collect the inputs of this tick. Words and answers are taken from their threads when the clock delivers
-        them.
-        """
+        """Return the inputs of this tick. Utterances and answers leave their threads when the clock permits."""
         now = status.time_s
-        if self._said:
+        if self._utterances:
             question = answerable_question(self._state)
             situation = situation_text(scene().scene, question.text if question else None)
-            while self._said:
-                self._reader.take(self._said.popleft(), now - self._timeline.offset_s, now, situation)
-        heard = self._reader.poll(now)
+            while self._utterances:
+                self._reader.take(self._utterances.popleft(), now - self._timeline.offset_s, now, situation)
+        guidance = self._reader.poll(now)
         answer = self._reasoner.poll(now)
         return Inputs(
             status=status,
@@ -295,7 +300,7 @@ class StuckSolver:
             progress_in_window_m=self._detector.progress_in_window_m,
             offset_s=self._timeline.offset_s,
             jump_s=self._timeline.jump_s,
-            heard=heard,
+            heard=guidance,
             hearing=self._reader.busy,
             reply=self._desk.take(),
             answer=answer,
@@ -303,12 +308,12 @@ class StuckSolver:
         )
 
     def _look(self, read: Read, now_s: float) -> SurroundingsInput:
-        seen = self._senses.look(read, now_s, now_s - self._timeline.offset_s)
-        seen = None if seen is None else self._launches.with_measured_acceleration(seen)
-        return SurroundingsInput(seen, self._senses.fault, self._senses.blind_s(now_s))
+        surroundings = self._senses.look(read, now_s, now_s - self._timeline.offset_s)
+        surroundings = None if surroundings is None else self._launches.with_measured_acceleration(surroundings)
+        return SurroundingsInput(surroundings, self._senses.fault, self._senses.blind_s(now_s))
 
     def _snapshot(self, status: Status, sight: SurroundingsInput) -> SceneInput:
-        """Build the scene from the same surroundings that the guard sees at this tick."""
+        """Build the scene from the same surroundings that the guard reads at this tick."""
         if sight.surroundings is None:
             return SceneInput(None, sight.fault or "nothing has been seen yet")
         try:
@@ -324,7 +329,7 @@ class StuckSolver:
         scene, fault = self._camera.checked(scene, status.progress_m)
         return SceneInput(scene, camera_fault=fault)
 
-    def _put_to_work(self) -> None:
-        """Start the reasoner on the question in the state, and stop any other question."""
+    def _update_worker(self) -> None:
+        """Start the reasoner on the query in the state, and stop any other query."""
         activity = self._state.activity
         self._reasoner.work_on(activity.query if isinstance(activity, Querying) else None)

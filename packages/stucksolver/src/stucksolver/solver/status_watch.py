@@ -1,21 +1,21 @@
-"""Decides whether a status can be used, and whether a fault of it is still to be reported."""
+"""Decides whether a status is usable, and whether a fault in it must be reported."""
 
 from __future__ import annotations
 
 from stucksolver.scene import Status
-from stucksolver.scene.plausibility import sound_time_s, why_unsound_status
+from stucksolver.scene.plausibility import plausible_time_s, status_implausibility
 from stucksolver.solver.monotonic_time import MonotonicTime
 
 TELL_AGAIN_S = 10.0
-"""A fault of a field is reported again only after this time without it (s): one that comes and goes is one fault."""
+"""Time without a fault after which the same fault is reported again (s): an intermittent fault is one fault. Ours."""
 
 
 class StatusWatch:
-    """Checks each status and follows its clock.
+    """Check of each status and of its clock.
 
     Attributes:
-        fault: Why this tick's status cannot be used, and what to give instead; None if it can.
-        bad_s: For how long no status could be used (s, the solver's own time); 0 if this one can.
+        fault: Fault of this tick's status with the remedy; None if the status is usable.
+        bad_s: Time without a usable status (s, the solver's own time); 0 if this one is usable.
     """
 
     def __init__(self, timeline: MonotonicTime) -> None:
@@ -23,15 +23,17 @@ class StatusWatch:
         self._last: Status | None = None
         self._bad_since_s: float | None = None
         self._faulty_s: dict[str, float] = {}
-        """When each field was last seen faulty (s, the solver's own time)."""
+        """Time of the last fault of each field (s, the solver's own time)."""
         self.fault: str | None = None
         self.bad_s = 0.0
 
     def follow(self, status: Status) -> Status | None:
-        """Return the status in the solver's own time. If it cannot be used, return the last one that could, at the time
-        of this one, estimated where it has none; None if there was none.
+        """Return the status in the solver's own time.
+
+        For an unusable status, return the last usable one with the present time, estimated if the status has none.
+        None if there was no usable status.
         """
-        wrong = why_unsound_status(status)
+        wrong = status_implausibility(status)
         self.fault = wrong
         if wrong is None:
             followed = self._timeline.follow(status)
@@ -39,7 +41,7 @@ class StatusWatch:
             if self.fault is None:
                 self._last, self._bad_since_s, self.bad_s = followed, None, 0.0
                 return followed
-        time_s = None if wrong is None else sound_time_s(status)
+        time_s = None if wrong is None else plausible_time_s(status)
         if time_s is not None:
             self._timeline.take(time_s)
         lacks_time = time_s is None or self._timeline.fault is not None
@@ -51,7 +53,7 @@ class StatusWatch:
         return self._last.model_copy(update={"time_s": now})
 
     def is_news(self) -> bool:
-        """True if this tick's fault was not reported a moment ago. Call it once for each tick with a fault."""
+        """Return True if this tick's fault is new or was not reported recently. Call once per tick with a fault."""
         assert self.fault is not None
         field, now = self.fault.split(" ")[0], self._timeline.now_s or 0.0
         last_s = self._faulty_s.get(field)

@@ -1,4 +1,4 @@
-"""The interface that receives everything needed to derive each step again. The record implements it."""
+"""Interface that receives everything needed to derive each step again. The record implements it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from stucksolver.solver.state_machine.state import State
 
 @dataclass(frozen=True)
 class SolverInfo:
-    """The parts of a solver. `reasoners` maps the rungs' names to the reasoners' own names."""
+    """Setup of a solver. `reasoners` maps the rungs' names to the reasoners' own names."""
 
     ladder: Ladder
     policy: GuardPolicy
@@ -32,7 +32,7 @@ class SolverInfo:
 class TransitionStep:
     """One call of `transition`. Everything else can be recomputed from `before` and the inputs.
 
-    `sight` and `snapshot` are what the inputs' `look` and `scene` returned, None if they were not called.
+    `sight` and `snapshot` are the results of the inputs' `look` and `scene`, None if these were not called.
     """
 
     before: State
@@ -41,17 +41,17 @@ class TransitionStep:
     snapshot: SceneInput | None
     after: State
     directive: Directive
-    told: tuple[StepOutput, ...]
+    outputs: tuple[StepOutput, ...]
 
 
 class StepListener(Protocol):
-    """Receives every step. If it raises, the solver reports it once, stops calling it, and drives on."""
+    """Receiver of every step. If it raises, the solver reports it once, stops calling it, and drives on."""
 
     def begin(self, facts: SolverInfo) -> None:
-        """Called once, when the solver is made."""
+        """Receive the setup, once, when the solver is created."""
 
     def step(self, step: TransitionStep) -> None:
-        """Receives a tick on which something was, or might have been, wrong."""
+        """Receive a tick on which the solver was engaged or might have been."""
 
     def fault(self, event: Event) -> None:
-        """Receives a fault outside a step, for example an invalid status or a listener that failed."""
+        """Receive a fault outside a step, for example an invalid status or a listener that failed."""

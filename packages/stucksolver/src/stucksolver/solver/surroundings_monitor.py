@@ -1,8 +1,8 @@
-"""The surroundings as the guard sees them, with their faults made visible as age.
+"""Reads the surroundings for the guard, and reports their faults as age.
 
-The guard refuses and aborts on surroundings that are too old. A frozen sensor, missing data and a jump of position are
-therefore all reported as age. An object that vanishes for a moment is kept where it must be, and a light that vanishes
-is one of unknown state until its line is behind.
+The guard rejects and aborts on surroundings that are too old. A frozen sensor, missing data and a jump of the position
+are therefore all reported as age. An object that vanishes for a short time is kept at its extrapolated position. A
+light that vanishes becomes one of unknown state until its line is behind the ego.
 """
 
 from __future__ import annotations
@@ -21,26 +21,26 @@ from stucksolver.scene.wording import in_one_line
 from stucksolver.solver.control_memory import ControlMemory
 
 HOLD_S = 1.0
-"""An object that is no longer seen is kept for this long and extrapolated."""
+"""Time for which a vanished object is kept and extrapolated (s). Ours."""
 SAME_S = 1e-6
-"""Times this close are equal: ticks are sums of tenths of a second."""
+"""Difference below which times are equal (s): ticks are sums of tenths of a second."""
 JUMP_M = 1.5
-"""The position may differ from the one that the speed leads to by at most this distance."""
+"""Greatest difference between the position and the one that follows from the speed (m). Ours."""
 NEAR_S = 0.5
-"""Only looks at most this far apart can reveal a jump."""
+"""Longest time between two readings that can reveal a jump (s). Ours."""
 DISTRUST_S = 0.5
-"""The position is not believed for this long after a jump."""
+"""Time after a jump during which the position is not used (s). Ours."""
 DOUBTFUL_AGE_S = 60.0
-"""The age given to surroundings that are not believed; no guard accepts it."""
+"""Age that is reported for surroundings with an unreliable position (s); no guard accepts it."""
 FROZEN_TELL_S = 0.5
-"""Surroundings that have been the same, or are older, for longer than this are reported. No guard's policy accepts much
-older ones (`GuardPolicy.max_age_s`).
-"""
+"""Age, or time without a change, above which surroundings are reported (s): about `GuardPolicy.max_age_s`."""
 FAULT_STAYS_S = 1.0
-"""A fault is shown for this long after it was last found: one that comes and goes is one fault."""
+"""Time for which a fault is shown after it was last found (s): an intermittent fault is one fault. Ours."""
 MOVING_MPS = 0.5
+"""Speed above which an unchanged position means frozen data (m/s). Ours."""
 
 Read = Callable[[], "Surroundings | None"]
+"""Returns the stack's surroundings, or None if there are none."""
 
 
 @dataclass(frozen=True)
@@ -51,44 +51,44 @@ class _RawSample:
 
 
 class SurroundingsMonitor:
-    """Reads the stack's surroundings. Every call takes the solver's own time.
+    """Monitor of the stack's surroundings. Every call requires the solver's own time.
 
     Args:
-        controls: The guard's numbers for lights and stop signs; the defaults if None.
+        controls: Numbers of the guard for lights and stop signs; the defaults if None.
     """
 
     def __init__(self, controls: ControlPolicy | None = None) -> None:
         self._controls = ControlMemory(controls)
         self._last: _RawSample | None = None
         self._fresh_s = -math.inf
-        """The time at which the current frame was first shown."""
+        """Time at which the current frame was first returned (s)."""
         self._jumped_s = -math.inf
         self._trusted: EgoState | None = None
         self._trusted_s = 0.0
         self._seen: dict[str, tuple[TrackedObject, float]] = {}
         self._fault_s = -math.inf
         self.fault: str | None = None
-        """The current fault, in a few words."""
+        """Current fault, in a few words."""
 
     def look(self, read: Read, now_s: float, clock_s: float | None = None) -> Surroundings | None:
-        """Return the surroundings at this tick, or None if nothing was ever seen.
+        """Return the surroundings at this tick, or None if there never were any.
 
         Args:
             read: Returns the stack's surroundings.
             now_s: The solver's own time (s).
-            clock_s: The stack's time (s), with which the time of the surroundings is compared; None: not compared.
+            clock_s: The stack's time (s), for comparison with the time of the surroundings; None: no comparison.
         """
         raw, why = _read(read)
         if raw is None:
             return self._missing(now_s, why)
-        age, fault = self._doubt(raw, now_s)
+        age, fault = self._age(raw, now_s)
         behind_s = 0.0 if clock_s is None else min(now_s - raw.time_s, clock_s - raw.time_s, key=abs)
         if abs(behind_s) > max(raw.age_s, FROZEN_TELL_S):
             age = max(age, abs(behind_s))
         self._show(fault or "; ".join(raw.sensor_faults) or _late(raw.age_s, behind_s), now_s)
-        ego = self._believed(raw.ego, now_s, jumped=age == DOUBTFUL_AGE_S)
-        objects = self._kept(raw.objects, now_s)
-        # Where the ego is not known, no line has a place.
+        ego = self._trusted_ego(raw.ego, now_s, jumped=age == DOUBTFUL_AGE_S)
+        objects = self._with_vanished(raw.objects, now_s)
+        # Without a reliable position of the ego, no line has a position.
         controls = raw.controls if age == DOUBTFUL_AGE_S else self._controls.controls(raw)
         self._last = _RawSample(now_s, raw, controls)
         if age == raw.age_s and objects is raw.objects and controls is raw.controls:
@@ -96,11 +96,11 @@ class SurroundingsMonitor:
         return raw.model_copy(update={"age_s": age, "objects": objects, "ego": ego, "controls": controls})
 
     def blind_s(self, now_s: float) -> float:
-        """Seconds since anything new was seen."""
+        """Return the time since the last new surroundings (s)."""
         return now_s - self._fresh_s
 
     def _show(self, fault: str | None, now_s: float) -> None:
-        """Show a fault in the same words while it lasts, although its numbers may change on each tick."""
+        """Set the fault. It keeps its text while it lasts, although its numbers may change on each tick."""
         if fault is not None and self.fault is not None and _kind(fault) == _kind(self.fault):
             self._fault_s = now_s
         elif self.fault is None or not 0.0 <= now_s - self._fault_s <= FAULT_STAYS_S:
@@ -113,7 +113,7 @@ class SurroundingsMonitor:
         raw, controls = self._last.raw, self._last.controls
         return raw.model_copy(update={"age_s": raw.age_s + max(now_s - self._fresh_s, 0.0), "controls": controls})
 
-    def _doubt(self, raw: Surroundings, now_s: float) -> tuple[float, str | None]:
+    def _age(self, raw: Surroundings, now_s: float) -> tuple[float, str | None]:
         """Return the age to report, and the fault."""
         last = self._last
         if last is None or now_s <= last.now_s:
@@ -132,45 +132,45 @@ class SurroundingsMonitor:
             return DOUBTFUL_AGE_S, "the position jumped"
         return raw.age_s, None
 
-    def _believed(self, ego: EgoState, now_s: float, *, jumped: bool) -> EgoState:
-        """Return the ego; right after a jump it is extrapolated from the last believed position.
+    def _trusted_ego(self, ego: EgoState, now_s: float, *, jumped: bool) -> EgoState:
+        """Return the ego; right after a jump it is extrapolated from the last reliable position.
 
         A position reached only by a jump must not prove that a plan has passed its commit point.
         """
         before, passed = self._trusted, now_s - self._trusted_s
         self._trusted_s = now_s
         if jumped and before is not None:
-            way = ego.speed_mps * max(passed, 0.0)
-            x, y = before.x_m + way * math.cos(before.yaw_rad), before.y_m + way * math.sin(before.yaw_rad)
+            driven = ego.speed_mps * max(passed, 0.0)
+            x, y = before.x_m + driven * math.cos(before.yaw_rad), before.y_m + driven * math.sin(before.yaw_rad)
             ego = before.model_copy(update={"x_m": x, "y_m": y, "speed_mps": ego.speed_mps})
         self._trusted = ego
         return ego
 
-    def _kept(self, objects: tuple[TrackedObject, ...], now_s: float) -> tuple[TrackedObject, ...]:
-        """Return the objects seen now and those seen a moment ago.
+    def _with_vanished(self, objects: tuple[TrackedObject, ...], now_s: float) -> tuple[TrackedObject, ...]:
+        """Return the present objects and those that vanished a short time ago.
 
-        A tracker that states how well it knows places has its own memory: it keeps what is hidden, and ends a track
-        when it has looked there often enough. Only vulnerable road users are kept longer than it says.
+        A tracker that reports the uncertainty of positions has its own memory: it keeps occluded objects, and ends a
+        track after it has observed the position often enough. Only vulnerable road users are kept for longer here.
         """
-        seen = self._seen
+        latest = self._seen
         for o in objects:
-            seen[o.id] = (o, now_s)
-        if len(seen) == len(objects):
+            latest[o.id] = (o, now_s)
+        if len(latest) == len(objects):
             return objects
-        held: list[TrackedObject] = []
-        for name, (o, when) in list(seen.items()):
+        vanished: list[TrackedObject] = []
+        for name, (o, when) in list(latest.items()):
             if when == now_s:
                 continue
-            remembers = o.position_sd_m is not None and o.kind not in VULNERABLE
-            if 0.0 <= now_s - when <= HOLD_S + SAME_S and not remembers:
-                held.append(_gone_on(o, now_s - when))
+            is_remembered = o.position_sd_m is not None and o.kind not in VULNERABLE
+            if 0.0 <= now_s - when <= HOLD_S + SAME_S and not is_remembered:
+                vanished.append(_extrapolated(o, now_s - when))
             else:
-                del seen[name]
-        return (*objects, *held) if held else objects
+                del latest[name]
+        return (*objects, *vanished) if vanished else objects
 
 
 def _read(read: Read) -> tuple[Surroundings | None, str]:
-    """Read the stack's surroundings: None with the reason if they cannot be used. Catches whatever the stack raises."""
+    """Return the stack's surroundings, or None with the reason if they are unusable. Catches any error of the stack."""
     try:
         raw: Any = read()
     except Exception as error:  # noqa: BLE001 - a stack's own fault, of whatever type, must not end the control loop
@@ -184,31 +184,31 @@ def _read(read: Read) -> tuple[Surroundings | None, str]:
 
 
 def _kind(fault: str) -> str:
-    """Return what stays the same in the words of a fault."""
+    """Return the constant part of the text of a fault."""
     return re.sub(r"[-+.\d]+", "", fault.split(" is ")[0])
 
 
 def _late(age_s: float, behind_s: float) -> str | None:
-    """Return what is wrong with the age of surroundings, and what to do; None if they are new enough."""
+    """Return the fault in the age of surroundings, with the remedy; None if they are new enough."""
     if age_s > FROZEN_TELL_S:
         oldest = f"no plan begins on data older than {FROZEN_TELL_S:g} s"
         return f"surroundings.age_s is {age_s:.1f} s: {oldest}; give newer data"
     if abs(behind_s) > FROZEN_TELL_S:
-        where = "behind" if behind_s > 0.0 else "ahead of"
+        relation = "behind" if behind_s > 0.0 else "ahead of"
         remedy = "stamp both from one clock, or give the age of the data in age_s"
-        return f"surroundings.time_s is {abs(behind_s):.1f} s {where} status.time_s; {remedy}"
+        return f"surroundings.time_s is {abs(behind_s):.1f} s {relation} status.time_s; {remedy}"
     return None
 
 
 def _unchanged(last: Surroundings, raw: Surroundings) -> str:
-    """Return the fault of surroundings that have been the same for too long."""
+    """Return the fault of surroundings that have been unchanged for too long."""
     if last.frame == raw.frame and last.time_s != raw.time_s:
         return f"surroundings.frame is {raw.frame} for {FROZEN_TELL_S:g} s; give new data another number"
     return f"the same frame for {FROZEN_TELL_S:g} s"
 
 
 def _same(first: Surroundings, second: Surroundings) -> bool:
-    """True if this is the same frame: the same number, or a moving ego or moving objects that have not moved."""
+    """True for the same frame: the same number, or a moving ego or moving objects with unchanged positions."""
     if first is second or first.frame == second.frame:
         return True
     a, b = first.ego, second.ego
@@ -227,10 +227,10 @@ def _frozen(first: Surroundings, second: Surroundings) -> bool:
 
 
 def _off_course(before: EgoState, after: EgoState, dt_s: float) -> float:
-    """Distance of the position from any that the speed could have led to (m)."""
+    """Return the distance of the position from all positions that the speed allows (m)."""
     moved = math.hypot(after.x_m - before.x_m, after.y_m - before.y_m)
     return moved - max(abs(before.speed_mps), abs(after.speed_mps)) * dt_s
 
 
-def _gone_on(o: TrackedObject, dt_s: float) -> TrackedObject:
+def _extrapolated(o: TrackedObject, dt_s: float) -> TrackedObject:
     return o.model_copy(update={"x_m": o.x_m + o.vx_mps * dt_s, "y_m": o.y_m + o.vy_mps * dt_s})

@@ -1,1 +1,1 @@
-"""Takes away from an interpretation what the words deny, forbid or warn of. It never adds a permission."""
+"""Removes from an interpretation what the utterance denies, forbids or warns of. It never adds a permission."""

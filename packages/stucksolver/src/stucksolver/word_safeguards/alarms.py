@@ -1,9 +1,9 @@
-"""Recognizes calls to stop and alarms: they only ever hold the vehicle, so doubt about them holds it too.
+"""Recognizes calls to stop and alarms. They only ever hold the vehicle, so it is also held in case of doubt.
 
-An alarm is a call to stop or brake ("Hit the brakes!"), a collision that somebody foresees ("You're going to hit
-him!"), a shout of warning ("Look out!", "A kid!"), or a person or animal in the way ("There's a child running after
-the ball"). What is denied ("you won't hit anything"), asked for the opposite ("don't stop here") or told of another
-day is none.
+An alarm is a call to stop or brake ("Hit the brakes!"), a predicted collision ("You're going to hit him!"), a shout of
+warning ("Look out!", "A kid!"), or a person or animal in the path ("There's a child running after the ball"). An
+utterance is no alarm if it denies the danger ("you won't hit anything"), requests the opposite ("don't stop here") or
+is about another day.
 """
 
 from __future__ import annotations
@@ -241,7 +241,7 @@ PRESENT = (ALIVE, DOOR, IS_THERE, THEY_ARE, THEY_MOVE, WILL_MOVE, TRAFFIC_MOVES)
 
 
 def calls_to_stop(text: str) -> bool:
-    """True if some clause is a plain call to stop or brake, or the whole utterance holds back."""
+    """True if a clause is a plain call to stop or brake, or the whole utterance holds back."""
     clauses = clauses_of(text)
     holds_back = bool(clauses) and all(HOLDS_ON.match(c.text) and not DONT_STOP.search(c.text) for c in clauses)
     if holds_back and not all(_only_says_no(c) for c in clauses):
@@ -250,21 +250,21 @@ def calls_to_stop(text: str) -> bool:
 
 
 def warns(text: str) -> bool:
-    """True if the utterance foresees a collision or shouts a warning."""
+    """True if the utterance predicts a collision or shouts a warning."""
     if is_of_another_time(text):
         return False
     return any(_foresees(c) for c in clauses_of(text)) or _shouts(text)
 
 
 def states_danger(text: str) -> bool:
-    """True if the utterance says that a person or an animal is, or gets, in the way, or that something is alive."""
+    """True if the utterance states that a person or an animal is in or enters the path, or that an object is alive."""
     if is_of_another_time(text):
         return False
     return any(_is_in_the_way(c) for c in clauses_of(text)) or SIGNED.search(text) is not None
 
 
 def foresees_collision(text: str) -> bool:
-    """True if the utterance says that the vehicle strikes somebody or something."""
+    """True if the utterance states that the vehicle hits a person or an object."""
     return not is_of_another_time(text) and any(_foresees(c) for c in clauses_of(text))
 
 
@@ -285,16 +285,16 @@ def _foresees(clause: Clause) -> bool:
 
 
 def _shouts(text: str) -> bool:
-    """True for a warning word, or for somebody who is only named, with an exclamation mark or nothing else."""
+    """True for a warning word, or for a person who is only named, with an exclamation mark or without other words."""
     items = [(m[1].strip(), m[2]) for m in ITEM.finditer(plain(text)) if m[1].strip()]
     named = [ONLY_WHO.match(item) is not None for item, _ in items]
     if items and all(named):
         return True
     if any(named) and any(CRIES.match(item) for item, _ in items):
         return True
-    for (item, end), who in zip(items, named, strict=True):
-        who = who or VEHICLE_THERE.match(item) is not None
-        if WARNS.match(item) or MINDS.match(item) or ONCOMING.match(item) or (who and ("!" in end or "！" in end)):
+    for (item, end), is_named in zip(items, named, strict=True):
+        is_named = is_named or VEHICLE_THERE.match(item) is not None
+        if WARNS.match(item) or MINDS.match(item) or ONCOMING.match(item) or (is_named and ("!" in end or "！" in end)):
             return True
     return WARNING_SIGNS.search(text) is not None
 
@@ -305,8 +305,8 @@ def _is_in_the_way(clause: Clause) -> bool:
         return False
     if any(pattern.search(text) for pattern in PRESENT):
         return True
-    found = MOVES_THERE.search(text)
-    if found is None:
+    match = MOVES_THERE.search(text)
+    if match is None:
         return False
-    owned = OWNED.match(found["who"] or "") is not None
+    owned = OWNED.match(match["who"] or "") is not None
     return not owned or NEAR.search(text) is not None

@@ -1,7 +1,7 @@
-"""A call for care after a request: "go round, but mind the cyclist" asks for the same as "go round".
+"""Recognizes a call for care after a request: "go round, but mind the cyclist" requests the same as "go round".
 
-The guard always takes care, so nothing is lost without the call. The network knows too few such calls and reads some as
-a refusal.
+The guard always takes care, so nothing is lost without the call. The network has too few such calls in its training
+data and classifies some as a refusal.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ WARNS = re.compile(
     r"(?<!\w)(?:no|not|nobody|never|stop|wait|until|till|first|before|come|comes|coming|is|are|'s|have|has|\w+n'?t)(?!\w)",
     re.IGNORECASE,
 )
-"""Inside the call these words may be a reason to wait: the text is left to the network."""
+"""Words that make the call a possible reason to wait: the network then interprets the whole text."""
 REQUEST_AND_CALL = re.compile(
     r"^(?P<request>.*\w)\s*(?:[,.;:!–-]\s*|\s(?=but|and|just))(?:but |and |just |please |then )*"
     rf"(?:{CALLS})(?!\w)(?P<of>[^,.;:!?–]*)[.!]*$",
@@ -25,8 +25,8 @@ REQUEST_AND_CALL = re.compile(
 
 
 def strip_caution(text: str) -> str | None:
-    """Return the request before a call for care that ends the text; None if there is none."""
-    found = REQUEST_AND_CALL.match(text.strip().replace("\u2019", "'"))
-    if found is None or WARNS.search(found["of"]):
+    """Return the request before a call for care that ends the text; None without such a call."""
+    match = REQUEST_AND_CALL.match(text.strip().replace("\u2019", "'"))
+    if match is None or WARNS.search(match["of"]):
         return None
-    return found["request"]
+    return match["request"]

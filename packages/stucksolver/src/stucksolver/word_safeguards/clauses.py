@@ -1,7 +1,7 @@
-"""Splits an utterance into clauses, and says which of them are negated, doubted, or about another time.
+"""Splits an utterance into clauses, and detects negation, doubt and references to another time.
 
 Negation counts within its clause: in "that's not a rock, it's only a bag" only the rock is denied. The languages are
-those of the reader: English, German, French, Spanish and Chinese.
+those of the interpreter: English, German, French, Spanish and Chinese.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ IDIOMS = re.compile(
     ) + "|别担心|沒事|没事|不过是|不過是|只不过",
     re.IGNORECASE,
 )  # fmt: skip
-"""These have a negation that denies nothing."""
+"""Idioms with a negation that denies nothing."""
 NEGATION = re.compile(
     any_of(
         "not", r"\w+n['´]t", "cannot", "isnt", "arent", "wasnt", "dont", "doesnt", "didnt", "cant", "wont", "aint",
@@ -75,7 +75,7 @@ OTHER_TIME = re.compile(
     ) + "|昨天|明天|上次|以前",
     re.IGNORECASE,
 )  # fmt: skip
-"""What is told of another day is no fact about the road now."""
+"""References to another day: what happened then is no fact about the road now."""
 
 
 @dataclass(frozen=True)
@@ -87,24 +87,24 @@ class Clause:
     @cached_property
     def negated_at(self) -> int | None:
         """Index of the first negation in the text; None if there is none."""
-        found = NEGATION.search(self.text)
-        return None if found is None else found.start()
+        match = NEGATION.search(self.text)
+        return None if match is None else match.start()
 
     def asserts(self, pattern: re.Pattern[str]) -> bool:
-        """True if the clause says this and neither denies nor doubts it."""
+        """True if the clause contains the pattern and neither denies nor doubts it."""
         return pattern.search(self.text) is not None and self.negated_at is None and not DOUBTED.search(self.text)
 
     def mentions(self, pattern: re.Pattern[str]) -> bool:
-        """True if the clause says this without a negation, perhaps in doubt."""
+        """True if the clause contains the pattern without a negation, perhaps in doubt."""
         return pattern.search(self.text) is not None and self.negated_at is None
 
     def denies(self, pattern: re.Pattern[str]) -> bool:
-        """True if the clause has this after a negation, or at its own negation."""
-        found = pattern.search(self.text)
-        return found is not None and self.negated_at is not None and found.end() > self.negated_at
+        """True if the clause contains the pattern after a negation, or at its own negation."""
+        match = pattern.search(self.text)
+        return match is not None and self.negated_at is not None and match.end() > self.negated_at
 
     def is_negated(self, pattern: re.Pattern[str]) -> bool:
-        """True if the clause has this and a negation anywhere."""
+        """True if the clause contains the pattern and a negation anywhere."""
         return pattern.search(self.text) is not None and self.negated_at is not None
 
 
@@ -122,10 +122,10 @@ def clauses_of(text: str) -> tuple[Clause, ...]:
 
 
 def is_question(text: str) -> bool:
-    """True if the utterance asks whether something is so. A why-question presupposes it."""
+    """True if the utterance asks whether a statement is true. A why-question presupposes it."""
     return ASKS.search(text.replace("\u2019", "'").strip()) is not None
 
 
 def is_of_another_time(text: str) -> bool:
-    """True if the utterance tells of another day."""
+    """True if the utterance is about another day."""
     return OTHER_TIME.search(plain(text)) is not None

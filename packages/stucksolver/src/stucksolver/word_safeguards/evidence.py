@@ -1,6 +1,6 @@
-"""What the words themselves say about a claim that gives a permission: asserted, denied, or neither.
+"""Checks the words themselves for a claim that gives a permission: asserted, denied, or neither.
 
-A claim gives something only if the network reads it and the words assert it: two independent readers must agree.
+A claim counts only if the network detects it and the words assert it: two independent methods must agree.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from stucksolver.word_safeguards.clauses import Clause, any_of, clauses_of, is_q
 
 
 class Evidence(Enum):
-    """What an utterance says about a claim."""
+    """Evidence of an utterance for a claim."""
 
     ASSERTED = "asserted"
     DENIED = "denied"
@@ -45,7 +45,7 @@ TAKES_BACK = re.compile(
     r"'s not|doesn't)$|not what (?:it|you|we)",
     re.IGNORECASE,
 )
-"""Denies what another clause said: "I thought it was a bag, but it isn't"."""
+"""Denial of another clause: "I thought it was a bag, but it isn't"."""
 WAVED = re.compile(
     any_of(
         r"wav(?:e|es|ed|ing)(?! (?:us |me |you )?(?:back|away|off|down|aside|to stop|red|a red|his|her|"
@@ -136,13 +136,13 @@ ABOUT_TO_LEAVE = re.compile(
 
 
 def evidence_for(claim: Claim, text: str) -> Evidence:
-    """Return what the words say about a claim that gives a permission."""
-    found = _FINDERS[claim](clauses_of(text))
-    return Evidence.NEITHER if found is Evidence.ASSERTED and is_question(text) else found
+    """Return the evidence of the words for a claim that gives a permission."""
+    evidence = _FINDERS[claim](clauses_of(text))
+    return Evidence.NEITHER if evidence is Evidence.ASSERTED and is_question(text) else evidence
 
 
 def denies_softness(text: str) -> bool:
-    """True if the utterance says that something is no bag, no paper, or not soft."""
+    """True if the utterance states that an object is no bag, no paper, or not soft."""
     clauses = clauses_of(text)
     named = any(SOFT.search(clause.text) for clause in clauses)
     return any(clause.denies(SOFT) or (named and TAKES_BACK.search(clause.text)) for clause in clauses)
@@ -186,4 +186,4 @@ _FINDERS = MappingProxyType(
     {Claim.SOFT_OBJECT: _soft, Claim.WAVED_THROUGH: _waved, Claim.BROKEN_LIGHT: _broken, Claim.LONG_STAY: _long_stay}
 )
 GIVES = frozenset(_FINDERS)
-"""The claims that permit something or make the vehicle less patient; see docs/words.md."""
+"""Claims that permit an action or make the vehicle less patient; see docs/words.md."""

@@ -1,4 +1,4 @@
-"""Words for people, animals and hard things, and for where and how they get in the way, in the reader's languages."""
+"""Words for people, animals and hard objects, and for their motion into the path, in the interpreter's languages."""
 
 from __future__ import annotations
 
@@ -38,7 +38,6 @@ WHO_SIGNS = (
     "小?孩子?|儿童|兒童|婴儿|有人|行人|老人|老太太|女人|男人|骑车|"
     "自行车|[一只條条](?:狗|猫|貓)|狗|猫|貓|动物|動物|刺猬|鹿|活的"
 )
-LIVING = re.compile(rf"{any_of(WHO)}|{WHO_SIGNS}", re.IGNORECASE)
 ALIVE = re.compile(
     any_of(
         "alive", "living (?:thing|creature|being)s?", "(?:something|somebody|someone) living", "breath(?:es|ing)",
@@ -116,4 +115,4 @@ COMES_BACK = re.compile(
     ),
     re.IGNORECASE,
 )  # fmt: skip
-"""Somebody who moves like this is not in the way."""
+"""Motion that does not lead into the vehicle's path."""

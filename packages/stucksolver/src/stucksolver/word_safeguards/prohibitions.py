@@ -1,4 +1,4 @@
-"""Recognizes that somebody outside forbids the vehicle to go on: an officer, a flagger, a sign, or "he"."""
+"""Recognizes that a person or a sign outside forbids the vehicle to proceed: an officer, a flagger, or "he"."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ THROUGH = r"(?:through|past|by|in|on|across|over|further|go|pass|drive|enter|con
 
 FORBIDS = re.compile(
     any_of(
-        # what is said or signed
+        # Words and signals.
         rf"(?:{WHO_DIRECTS})(?:'s)?(?: [\w'-]+){{0,5}}? (?:says?|said|tells?|told|telling|saying|shouts?|shouting|"
         rf"signal\w*|sign(?:s|ing)|signed|indicat\w+|motion\w*|gestur\w*|"
         rf"mean(?:s|ing)?|wants?|orders?|ordered|ask(?:s|ed|ing)?|insists?|shows?|showing|expects?|warns?|warned|"
         rf"yell\w*|calls?|calling|point\w*|wav\w+|need(?:s|ing)?)"
         rf"(?: [\w'-]+){{0,5}}? (?:no|not|stop(?:ped)?|wait|stay|halt|back|can't|cannot|mustn't|may not|must not|"
         rf"shouldn't|aren't|isn't|don't|brake|turn (?:around|round|back)|red|away|off|hold)",
-        # a refusal
+        # Refusals.
         rf"(?:wo|do|does|did|is|are|has|have|ca|could|would|was|were)(?: ?n't| not|nt) (?:let(?:ting)?|allow(?:ed|"
         rf"ing)?|want(?:s|ing)?|wav(?:e|ed|ing)|giv(?:e|en|ing)|beckon\w*|permit\w*|signal\w*|motion\w*|"
         rf"invit\w*)(?: [\w']+){{0,2}}? (?:{US}|{THROUGH}|to)",
@@ -45,7 +45,7 @@ FORBIDS = re.compile(
         r"be) (?:through|past|by|in|on|across|any further)",
         r"refus\w+", r"forbid\w*|forbade|forbidden", r"prohibit\w*", r"bar(?:s|ring|red) (?:us|the way|our way)",
         r"ban(?:s|ned) (?:us|cars|traffic)",
-        # gestures
+        # Gestures.
         r"(?:hold|put|rais|lift|stretch|stick|throw|thrust)\w*(?: (?:up|out))?(?: (?:his|her|their|a|an|the|one|"
         r"both|two|that))*(?: [\w-]+)? (?:hands?|arms?|palms?|paddle|baton|stick|lollipop|flag|fist)",
         r"(?:show|has|have|with|got|flash)\w*(?: (?:his|her|their|a|an|the|one|both|two|that|"
@@ -125,11 +125,11 @@ NO_ORDER = re.compile(
     ),
     re.IGNORECASE,
 )  # fmt: skip
-"""What is forbidden here is not the drive, or the opposite is meant."""
+"""Prohibitions that do not concern the drive, or mean the opposite."""
 
 
 def forbids(text: str) -> bool:
-    """True if the utterance says that somebody forbids the vehicle to go on, or waves somebody else."""
+    """True if the utterance states that a person forbids the vehicle to proceed, or waves to another road user."""
     if PRESUPPOSES.search(text) or is_of_another_time(text):
         return False
     return any(_forbids(clause) for clause in clauses_of(text))

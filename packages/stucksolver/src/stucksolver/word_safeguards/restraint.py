@@ -1,7 +1,7 @@
-"""Takes away from a reading what the words deny, forbid or warn of. It never adds a permission.
+"""Removes from an interpretation what the utterance denies, forbids or warns of. It never adds a permission.
 
-The network reads kinds of sentences, and misses many denials, alarms and prohibitions. These rules read the same words
-on their own, and the more careful of the two counts.
+The network classifies kinds of sentences, and misses many denials, alarms and prohibitions. These rules process the
+same words independently, and the more careful result counts.
 """
 
 from __future__ import annotations
@@ -17,12 +17,13 @@ from stucksolver.word_safeguards.living_beings import ALIVE, HARD, WHO, WHO_SIGN
 from stucksolver.word_safeguards.prohibitions import forbids
 
 NAME = "alarms-1"
-"""Name of the reader in a reading that these rules made without the network."""
+"""Name of the interpreter in an interpretation that these rules made without the network."""
 AHEAD = frozenset({GuidanceIntent.GO, GuidanceIntent.OVERTAKE, GuidanceIntent.DRIVE_OVER})
-"""Requests that lead past or over what is ahead: a danger or a prohibition holds them."""
+"""Requests that lead past or over the object ahead: a danger or a prohibition holds them."""
 STOPPING = frozenset({GuidanceIntent.PULL_OVER, GuidanceIntent.LET_ME_OUT})
-"""Requests that end in a stop, so that a call to stop takes nothing from them."""
+"""Requests that end in a stop, so that a call to stop does not change them."""
 HOLDABLE = AHEAD | {GuidanceIntent.YES, GuidanceIntent.NONE, GuidanceIntent.UNCLEAR, GuidanceIntent.UNLAWFUL}
+"""Intents that an alarm turns into a wait."""
 THIS = (
     r"(?:it|that|this|there|here|those|these|they|that (?:thing|bag|box|bundle|sack)|the (?:thing|bag|box|bundle|"
     r"sack))(?:'s|s|'re| is| are| was| were| (?:could|might|may|must) be)|looks like|full of|"
@@ -40,7 +41,7 @@ IS_ALIVE = re.compile(
     rf"(?<!\w)(?:{WHO})(?!\w)(?: [\w'-]+){{0,2}}? (?:{INSIDE})(?!\w)|(?:是|有).{{0,4}}(?:{WHO_SIGNS})",
     re.IGNORECASE,
 )
-"""Somebody alive as what lies there, or as what is in it."""
+"""A living being as the object ahead, or inside it."""
 IS_HARD = re.compile(
     rf"(?<!\w)(?:contains?|filled with|loaded with|holds)(?: \w+)? (?:{HARD.pattern})|"
     rf"(?<!\w)(?:{THIS})(?: [\w'-]+){{0,4}}? (?:{HARD.pattern})|"
@@ -58,11 +59,11 @@ DRIVE_OVER_IT = re.compile(
 
 
 def restrained(reading: Interpretation, text: str) -> Interpretation:
-    """Return the reading without what its words deny, forbid or warn of.
+    """Return the interpretation without what its utterance denies, forbids or warns of.
 
     Args:
-        reading: The network's reading of `text`.
-        text: What was said. A call for care after a request takes nothing from it.
+        reading: The network's interpretation of `text`.
+        text: The utterance. A call for care after a request does not change the request.
     """
     if reading.intent in MOVES:
         text = strip_caution(text) or text
@@ -76,14 +77,14 @@ def restrained(reading: Interpretation, text: str) -> Interpretation:
 
 
 def alarm(text: str) -> Interpretation | None:
-    """Return the reading of a call to stop or a foreseen collision, which needs no network; None for other words."""
+    """Return the interpretation of a call to stop or a predicted collision, without the network; else None."""
     if strip_caution(text) is not None or not (calls_to_stop(text) or foresees_collision(text)):
         return None
     return held(text)
 
 
 def held(text: str) -> Interpretation:
-    """Return the reading of words that hold the vehicle, made without the network."""
+    """Return the interpretation of an utterance that holds the vehicle, without the network."""
     wait = GuidanceIntent.WAIT
     return Interpretation(
         intent=wait,
@@ -97,7 +98,7 @@ def held(text: str) -> Interpretation:
 
 
 def denied_claims(text: str) -> tuple[Claim, ...]:
-    """Return the claims that the words deny. What was claimed before no longer counts then."""
+    """Return the claims that the utterance denies. Earlier claims of these kinds then no longer count."""
     denied = {claim for claim in GIVES if evidence_for(claim, text) is Evidence.DENIED}
     if bars_driving_over(text):
         denied.add(Claim.SOFT_OBJECT)
@@ -107,11 +108,11 @@ def denied_claims(text: str) -> tuple[Claim, ...]:
 
 
 def bars_driving_over(text: str) -> bool:
-    """True if the words say that what lies ahead must not be driven over: alive, hard, or not what it looks like."""
+    """True if the utterance bars driving over the object ahead: it is alive, hard, or not what it looks like."""
     if is_of_another_time(text):
         return False
-    found = states_danger(text) or foresees_collision(text) or denies_softness(text)
-    return found or any(_is_dangerous(clause) for clause in clauses_of(text))
+    is_danger = states_danger(text) or foresees_collision(text) or denies_softness(text)
+    return is_danger or any(_is_dangerous(clause) for clause in clauses_of(text))
 
 
 def _is_dangerous(clause: Clause) -> bool:
@@ -131,7 +132,7 @@ def _is_given(claim: Claim, reading: Interpretation, text: str) -> bool:
 
 
 def _holds(reading: Interpretation, text: str) -> bool:
-    """True if the words hold the vehicle, whatever the network makes of them."""
+    """True if the utterance holds the vehicle, regardless of the network's result."""
     if reading.intent not in HOLDABLE:
         return False
     return calls_to_stop(text) or warns(text) or states_danger(text) or forbids(text)

@@ -307,7 +307,7 @@ def _blended(below: Any, shade: Any, adds: bool) -> Any:
     return numba.uint32(result)
 
 
-_MASK, _BYTE, _QUARTER = numba.uint32(0x00FF00FF), numba.uint32(8), numba.uint32(2)
+_MASK, _BYTE_BITS, _QUARTER = numba.uint32(0x00FF00FF), numba.uint32(8), numba.uint32(2)
 
 
 def halved(samples: Pixels) -> Pixels:
@@ -324,5 +324,10 @@ def _halve(samples: Pixels, picture: Pixels) -> None:
         for x in range(len(row)):
             a, b, c, d = upper[2 * x], upper[2 * x + 1], lower[2 * x], lower[2 * x + 1]
             even = (a & _MASK) + (b & _MASK) + (c & _MASK) + (d & _MASK)
-            odd = ((a >> _BYTE) & _MASK) + ((b >> _BYTE) & _MASK) + ((c >> _BYTE) & _MASK) + ((d >> _BYTE) & _MASK)
-            row[x] = ((even >> _QUARTER) & _MASK) | (((odd >> _QUARTER) & _MASK) << _BYTE)
+            odd = (
+                ((a >> _BYTE_BITS) & _MASK)
+                + ((b >> _BYTE_BITS) & _MASK)
+                + ((c >> _BYTE_BITS) & _MASK)
+                + ((d >> _BYTE_BITS) & _MASK)
+            )
+            row[x] = ((even >> _QUARTER) & _MASK) | (((odd >> _QUARTER) & _MASK) << _BYTE_BITS)

@@ -1,4 +1,4 @@
-"""Our base driver: its interface, and the types in which it gets its orders."""
+"""Contains the BehaviorAgent-like driver, its interface, and the types of its routes and paths."""
 
 from stucksolver_carla.drivers.behavior.behavior_driver import BehaviorDriver
 from stucksolver_carla.drivers.behavior.options import DriverOptions

@@ -1,6 +1,6 @@
-"""The others on ways that meet the route: who drives along a way, at what pace, and who will come by it.
+"""Finds the traffic on conflict paths: the vehicles on a path, their speeds, and the ones that the ego must yield to.
 
-CARLA's world frame, metres, radians, seconds.
+The frame is CARLA's world frame (m, rad, s).
 """
 
 from __future__ import annotations
@@ -16,26 +16,28 @@ from stucksolver_carla.drivers.behavior.conflict_paths import ConflictPath
 from stucksolver_carla.drivers.behavior.lane_graph import LaneKey
 from stucksolver_carla.drivers.behavior.nearby_objects import NearbyObjects
 
-LEAST_MPS = 0.5
-"""Who is slower than this (m/s) stands."""
-_ON_WAY_M = 1.5
-_ALONG_COS = math.cos(math.radians(45.0))
-STREAM = 3
-"""So many vehicles on one way are a stream, which drives at one speed."""
+MIN_MPS = 0.5
+"""Speed below which a vehicle counts as stopped (m/s). Ours."""
+_ON_PATH_M = 1.5
+"""Maximum distance from a path to the center of a vehicle that drives along it (m). Ours."""
+_SAME_DIRECTION_COS = math.cos(math.radians(45.0))
+"""Cosine of the maximum angle between a path and the velocity of a vehicle that drives along it. Ours."""
+MIN_FLOW_VEHICLES = 3
+"""Minimum number of vehicles on one path that form a traffic flow with a common speed. Ours."""
 NOISE_MPS = 1.5
-"""By sensors each of their speeds is off by up to this (m/s): over a drive of four seconds, by a car's length."""
+"""Maximum error of a speed from sensors (m/s): a car's length over a drive of four seconds."""
 _STOPPING_MPS2 = 4.0
-"""Someone who would have to brake harder than this does not stop."""
+"""Deceleration above which a vehicle is not expected to stop (m/s²). Ours."""
 _SLOWING_MPS2 = 3.0
-SHOWN_M = 15.0
-_ENOUGH = 2
-"""If `_ENOUGH` vehicles from a lane took other ways and none took this one, those farther away than `SHOWN_M` from the
-junction are not expected to take it.
-"""
+"""Deceleration above which a vehicle is not expected to slow down for a bend (m/s²). Ours."""
+COMMITTED_M = 15.0
+"""Distance to the junction below which a vehicle may take any path, whatever earlier vehicles did (m). Ours."""
+_MIN_OBSERVATIONS = 2
+"""Number of vehicles from one lane after which paths that none of them took are not expected. Ours."""
 
 
 class ConflictingVehicle(NamedTuple):
-    """A vehicle on another way."""
+    """A vehicle on a conflict path. `s` is the arc length of its center (m)."""
 
     actor_id: int
     s: float
@@ -44,91 +46,91 @@ class ConflictingVehicle(NamedTuple):
     half_width: float
 
 
-def vehicles_on_path(way: ConflictPath, others: NearbyObjects) -> list[ConflictingVehicle]:
-    """Return those of the others that drive along a way."""
+def vehicles_on_path(path: ConflictPath, others: NearbyObjects) -> list[ConflictingVehicle]:
+    """Return the vehicles that drive along a path."""
     if len(others) == 0:
         return []
-    dx, dy = others.x[:, None] - way.x, others.y[:, None] - way.y
+    dx, dy = others.x[:, None] - path.x, others.y[:, None] - path.y
     nearest = np.argmin(dx * dx + dy * dy, axis=1)
     rows = np.arange(len(others))
-    cos, sin = np.cos(way.yaw[nearest]), np.sin(way.yaw[nearest])
+    cos, sin = np.cos(path.yaw[nearest]), np.sin(path.yaw[nearest])
     along = dx[rows, nearest] * cos + dy[rows, nearest] * sin
     aside = dy[rows, nearest] * cos - dx[rows, nearest] * sin
     speed = others.vx * cos + others.vy * sin
-    on_it = (np.abs(aside) < _ON_WAY_M) & (speed > _ALONG_COS * np.hypot(others.vx, others.vy))
-    on_it &= np.abs(along) < others.half_length + 1.0
+    is_on_path = (np.abs(aside) < _ON_PATH_M) & (speed > _SAME_DIRECTION_COS * np.hypot(others.vx, others.vy))
+    is_on_path &= np.abs(along) < others.half_length + 1.0
     return [
         ConflictingVehicle(
             others.actor_id[i],
-            float(way.s[nearest[i]] + along[i]),
+            float(path.s[nearest[i]] + along[i]),
             float(speed[i]),
             float(others.half_length[i]),
             float(others.half_width[i]),
         )
-        for i in np.flatnonzero(on_it).tolist()
+        for i in np.flatnonzero(is_on_path).tolist()
     ]
 
 
 def with_flow_speed(
-    seen: Sequence[tuple[ConflictPath, ConflictingVehicle]],
+    pairs: Sequence[tuple[ConflictPath, ConflictingVehicle]],
 ) -> list[tuple[ConflictPath, ConflictingVehicle]]:
-    """Return them with the median speed of their stream, where their own differs from it by no more than noise."""
-    paces = {}
-    for way in {id(way): way for way, _ in seen}.values():
-        speeds = [item.speed for its, item in seen if its is way]
-        paces[id(way)] = float(np.median(speeds)) if len(speeds) >= STREAM else math.nan
-    usual = [abs(item.speed - paces[id(way)]) < NOISE_MPS for way, item in seen]
+    """Return the pairs with the median speed of the flow for vehicles that differ from it by no more than noise."""
+    speeds_mps = {}
+    for path in {id(path): path for path, _ in pairs}.values():
+        speeds = [vehicle.speed for other_path, vehicle in pairs if other_path is path]
+        speeds_mps[id(path)] = float(np.median(speeds)) if len(speeds) >= MIN_FLOW_VEHICLES else math.nan
+    is_noise = [abs(item.speed - speeds_mps[id(path)]) < NOISE_MPS for path, item in pairs]
     return [
-        (way, item._replace(speed=paces[id(way)]) if noise else item)
-        for (way, item), noise in zip(seen, usual, strict=True)
+        (path, item._replace(speed=speeds_mps[id(path)]) if noise else item)
+        for (path, item), noise in zip(pairs, is_noise, strict=True)
     ]
 
 
-def flow_speed_mps(coming: Sequence[tuple[ConflictPath, ConflictingVehicle]]) -> float:
-    """Return the speed of priority traffic where the route joins it (m/s); unlimited without any."""
-    return max((item.speed for way, item in coming if way.joins and way.goes_first), default=math.inf)
+def flow_speed_mps(pairs: Sequence[tuple[ConflictPath, ConflictingVehicle]]) -> float:
+    """Return the speed of the priority traffic that the route joins (m/s); infinity without any."""
+    return max((item.speed for path, item in pairs if path.joins and path.goes_first), default=math.inf)
 
 
-def comes(way: ConflictPath, other: ConflictingVehicle) -> bool:
-    """True if it has the right of way, or will not stop without it."""
+def will_conflict(path: ConflictPath, other: ConflictingVehicle) -> bool:
+    """Return True if a vehicle has the right of way, or is not expected to stop without it."""
     front = other.s + other.half_length
-    to_line = way.inside_s - front
-    if other.speed**2 - way.bend_mps**2 > 2.0 * _SLOWING_MPS2 * max(to_line, 1.0) and to_line > 0.0:
-        return False  # too fast to turn there: it goes another way
-    stops = to_line > 0.0 and other.speed**2 < 2.0 * _STOPPING_MPS2 * to_line
-    if way.goes_first and not (stops and any(is_red(light) for light in way.lights)):
+    to_line = path.inside_s - front
+    if other.speed**2 - path.bend_mps**2 > 2.0 * _SLOWING_MPS2 * max(to_line, 1.0) and to_line > 0.0:
+        return False  # too fast for this bend, so it takes another path
+    can_stop = to_line > 0.0 and other.speed**2 < 2.0 * _STOPPING_MPS2 * to_line
+    if path.goes_first and not (can_stop and any(is_red(light) for light in path.lights)):
         return True
-    return not stops and (way.straight or to_line < -2.0)
+    return not can_stop and (path.straight or to_line < -2.0)
 
 
 def is_red(light: carla.TrafficLight) -> bool:
-    """True if the light shows red."""
+    """Return True if the light is red."""
     return bool(light.state == carla.TrafficLightState.Red)
 
 
-def moving(around: NearbyObjects) -> NearbyObjects:
-    """Return those who drive or ride faster than `LEAST_MPS`."""
-    return around.part((np.hypot(around.vx, around.vy) > LEAST_MPS) & ~around.is_walker)
+def moving_vehicles(around: NearbyObjects) -> NearbyObjects:
+    """Return the objects faster than `MIN_MPS`, without pedestrians."""
+    return around.part((np.hypot(around.vx, around.vy) > MIN_MPS) & ~around.is_walker)
 
 
 class TurnStatistics:
-    """The ways that traffic from each lane has been seen to take at one junction.
+    """The paths that traffic from each lane was observed to take at one junction.
 
-    A vehicle nearer than `shown_m` to the junction may still take any of them.
+    A vehicle nearer than `committed_m` to the junction may take any path.
     """
 
-    def __init__(self, shown_m: float = SHOWN_M) -> None:
-        self._shown_m = shown_m
-        self._took: dict[LaneKey, dict[int, ConflictPath]] = {}
+    def __init__(self, committed_m: float = COMMITTED_M) -> None:
+        self._committed_m = committed_m
+        self._observed_turns: dict[LaneKey, dict[int, ConflictPath]] = {}
 
-    def see(self, seen: Sequence[tuple[ConflictPath, ConflictingVehicle]]) -> None:
-        """Note who is where the ways meet."""
-        for way, other in seen:
-            if way.meets_s < other.s < way.parts_s:
-                self._took.setdefault(way.approach, {})[other.actor_id] = way
+    def observe(self, pairs: Sequence[tuple[ConflictPath, ConflictingVehicle]]) -> None:
+        """Store which vehicles are in the conflict with the route now."""
+        for path, other in pairs:
+            if path.meets_s < other.s < path.parts_s:
+                self._observed_turns.setdefault(path.approach, {})[other.actor_id] = path
 
-    def expect(self, way: ConflictPath, other: ConflictingVehicle) -> bool:
-        """True if the vehicle may take this way, as far as one can tell."""
-        took = self._took.get(way.approach, {}).values()
-        near = way.inside_s - other.s - other.half_length < self._shown_m
-        return near or len(took) < _ENOUGH or any(item is way for item in took)
+    def may_take(self, path: ConflictPath, other: ConflictingVehicle) -> bool:
+        """Return True if the vehicle may take this path according to the observations."""
+        observed = self._observed_turns.get(path.approach, {}).values()
+        is_near = path.inside_s - other.s - other.half_length < self._committed_m
+        return is_near or len(observed) < _MIN_OBSERVATIONS or any(item is path for item in observed)

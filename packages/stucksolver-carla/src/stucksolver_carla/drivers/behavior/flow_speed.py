@@ -1,7 +1,7 @@
-"""By sensors, a stream that is faster than the known limit is joined and driven in at its own pace.
+"""Adapts the driver's speed to a traffic flow that is faster than the reported speed limit.
 
-CARLA reports the limit of the last sign passed, and 30 km/h before the first one. If a whole stream drives much faster,
-a car that keeps to that limit is hit from behind by traffic that does not brake.
+CARLA reports the limit of the last sign passed, and 30 km/h before the first one. If a whole flow drives much faster, a
+car at that limit is hit from behind by traffic that does not brake.
 """
 
 from __future__ import annotations
@@ -11,131 +11,148 @@ import math
 import numpy as np
 
 from stucksolver_carla.drivers.behavior.acceleration_limits import (
-    HALTS_MPS2,
-    STANDS_MPS,
+    AT_REST_MPS,
+    HALT_MPS2,
     AccelerationLimits,
     PaceFactors,
 )
-from stucksolver_carla.drivers.behavior.junction_yield import FASTER_MPS, FASTEST_MPS
+from stucksolver_carla.drivers.behavior.junction_yield import FASTEST_MPS, FLOW_EXCESS_MPS
 from stucksolver_carla.drivers.behavior.path import Path
 from stucksolver_carla.drivers.behavior.profiles import toward_gap
 from stucksolver_carla.drivers.behavior.route_bodies import RouteObjects
 from stucksolver_carla.drivers.behavior.swept_path import Hazard
 
-HURRIED = PaceFactors(2.0, 1.4)
-"""How to drive into a gap of such a stream: up to 4 m/s² ahead, and some 4 m/s² sideways."""
-LEAST_GAP_M = 2.5
-"""Bumper gap to the leader in a stream, while traffic comes up from behind."""
+FLOW_MERGE = PaceFactors(2.0, 1.4)
+"""Pace of a merge into a faster flow: accelerations up to 4 m/s² ahead, and about 4 m/s² sideways. Ours."""
+MIN_GAP_M = 2.5
+"""Minimum bumper gap to the lead vehicle in a flow with rear traffic (m). Ours."""
 SLOWER_MPS = 0.4
-"""The ego lets the gap grow by driving this much slower than its leader."""
+"""Speed below that of the lead vehicle at which the gap grows (m/s). Ours."""
 SAME_PACE_MPS = 1.5
-"""A leader slower than the stream by more than this is not one of it (m/s)."""
+"""Maximum speed below the flow's for a lead vehicle that belongs to the flow (m/s). Ours."""
 FOLLOWS_S, FOLLOWS_M = 2.0, 4.0
-"""A vehicle nearer behind than this follows the ego."""
-COMES_S = 4.0
-"""A vehicle that will be there within this time counts as well, besides `FOLLOWS_M`."""
+"""Maximum gap to a follower: a part that grows with its speed (s) and a constant part (m). Ours."""
+ARRIVES_S = 4.0
+"""Time within which a faster vehicle from behind counts as a follower (s), in addition to `FOLLOWS_M`. Ours."""
 IN_LANE_M = 1.3
-LOST_S = 1.0
-"""Who follows may be lost for so long (s)."""
-CLOSES_S = 4.0
-"""A leader that seems slower than the stream counts as one of it if it would be reached no sooner than this (s)."""
+"""Maximum lateral offset of a vehicle in the ego's lane (m). Ours."""
+TRACK_LOSS_S = 1.0
+"""Time for which a follower counts after its track is lost (s). Ours."""
+CLOSING_S = 4.0
+"""Minimum time to reach a lead vehicle that seems slower than the flow but belongs to it (s). Ours."""
 FOLLOWED_GAP_M = 6.0
-"""An ego that is followed in a stream does not fall back as long as the gap ahead is longer than this (m)."""
-KEEPS_S = 4.0
-"""The pace of a stream is kept for so long after it has been joined: those behind come round the corner (s)."""
+"""Gap ahead above which an ego with a follower does not fall back (m). Ours."""
+FLOW_MEMORY_S = 4.0
+"""Time for which the flow's speed is used after the merge (s), until the followers come around the corner. Ours."""
 
 
 class FlowAccelerationLimits(AccelerationLimits):
-    """The driver's concerns, with a stream's pace instead of a lower limit, and close behind its leader there."""
+    """The accelerations with the speed of a faster flow instead of the speed limit, and with short gaps in the flow."""
 
     flow_mps = 0.0
-    """Pace of the stream that the ego joins or drives in (m/s); 0 without one."""
-    _joins = False
-    """True if that is faster than the limit, as of the last look at the cruising speed."""
+    """Speed of the flow that the ego joins or drives in (m/s); 0 without one."""
+    _joins_flow = False
+    """True if that was above the speed limit at the last call of `cruise`."""
 
     def cruise(self, path: Path, speed: float, limit_kmh: float, command: str, pace: PaceFactors) -> float:
-        """Keep to the path's bounds and to the limit, or to the stream's pace if that is faster."""
-        self._joins = self.flow_mps > super().top_speed(limit_kmh)
-        command, pace = ("", max(pace, HURRIED)) if self._joins else (command, pace)
+        """Return the acceleration for the path's bounds and the speed limit, or the flow's speed if that is higher."""
+        self._joins_flow = self.flow_mps > super().top_speed(limit_kmh)
+        command, pace = ("", max(pace, FLOW_MERGE)) if self._joins_flow else (command, pace)
         return super().cruise(path, speed, limit_kmh, command, pace)
 
     def top_speed(self, limit_kmh: float) -> float:
-        """See `AccelerationLimits`; the stream's pace if that is faster."""
+        """Return the profile's speed at the speed limit, or the flow's speed if that is higher (m/s)."""
         return max(super().top_speed(limit_kmh), self.flow_mps)
 
     def wait(self, distance: float, speed: float) -> float:
-        """See `AccelerationLimits`; with less room than wanted, no creeping.
+        """Return the acceleration for a stop before a conflict path, without creeping at the end.
 
-        A start that is given up would otherwise end a metre further on, with the nose in the way of those who come.
+        Otherwise an aborted start would end a meter farther ahead, with the front in the path of the traffic.
         """
-        usual = super().wait(distance, speed)
-        return min(usual, -HALTS_MPS2) if distance < self._options.stop_line_gap_m and speed > STANDS_MPS else usual
+        acceleration = super().wait(distance, speed)
+        return (
+            min(acceleration, -HALT_MPS2)
+            if distance < self._options.stop_line_gap_m and speed > AT_REST_MPS
+            else acceleration
+        )
 
     def own_top_speed(self, limit_kmh: float) -> float:
-        """Return the speed (m/s) without any stream."""
+        """Return the profile's speed at the speed limit, without a flow (m/s)."""
         return super().top_speed(limit_kmh)
 
     def hazard(self, hazard: Hazard, speed: float) -> float:
-        """See `AccelerationLimits`; in a stream the gap to a leader that drives away is not opened by falling back."""
-        usual = super().hazard(hazard, speed)
-        return max(usual, self._close_behind(hazard.gap, hazard.speed, speed))
+        """Return the acceleration behind a hazard. In a flow, the ego does not fall back behind a faster one."""
+        acceleration = super().hazard(hazard, speed)
+        return max(acceleration, self._close_behind(hazard.gap, hazard.speed, speed))
 
     def behind(self, gap: float, lead_speed: float, speed: float) -> float:
-        """See `AccelerationLimits` and `hazard`."""
+        """Return the acceleration behind a joining lead vehicle, as in `hazard`."""
         return max(super().behind(gap, lead_speed, speed), self._close_behind(gap, lead_speed, speed))
 
     def _close_behind(self, gap: float, lead_speed: float, speed: float) -> float:
-        """Up to nearly the speed of a leader that drives away in a fast stream; the gap then grows by itself."""
-        leaves = lead_speed > speed + SLOWER_MPS and lead_speed + SAME_PACE_MPS > self.flow_mps
-        if not (self._joins and leaves) or gap < LEAST_GAP_M:
+        """Return the acceleration close behind a faster lead vehicle in a fast flow; -inf in other cases.
+
+        The speed stays a little below the lead vehicle's, so the gap grows.
+        """
+        is_leaving = lead_speed > speed + SLOWER_MPS and lead_speed + SAME_PACE_MPS > self.flow_mps
+        if not (self._joins_flow and is_leaving) or gap < MIN_GAP_M:
             return -math.inf
-        return toward_gap(speed, gap - LEAST_GAP_M, lead_speed - SLOWER_MPS, self._profile.deceleration, 0.0)
+        return toward_gap(speed, gap - MIN_GAP_M, lead_speed - SLOWER_MPS, self._profile.deceleration, 0.0)
 
 
 class PacedAccelerationLimits(FlowAccelerationLimits):
-    """The concerns of the driver by sensors, which finds the pace by `heed`."""
+    """The accelerations in sensor mode, with a flow speed that is set with `set_flow_speed`."""
 
-    _joined_mps, _since_s = 0.0, 0.0
-    _behind_mps, _behind_s = 0.0, 0.0
-    _followed = False
-    """True if a stream faster than the limit follows it."""
+    _joined_mps, _joined_age_s = 0.0, 0.0
+    _rear_mps, _rear_age_s = 0.0, 0.0
+    _is_followed = False
+    """True if a flow faster than the speed limit follows the ego."""
 
     def _close_behind(self, gap: float, lead_speed: float, speed: float) -> float:
-        """See `FlowAccelerationLimits`; a leader's speed is off by some m/s now and then, which the others' pace
-        corrects.
+        """Return the acceleration close behind a lead vehicle in a flow.
+
+        The measured speed of a lead vehicle is sometimes wrong by some m/s. The speed of the flow corrects it.
         """
-        believed = max(lead_speed, min(self.flow_mps, lead_speed + gap / CLOSES_S))
-        found = super()._close_behind(gap, believed, speed)
-        if not (self._followed and self._joins) or gap < FOLLOWED_GAP_M or believed + SAME_PACE_MPS < self.flow_mps:
-            return found
+        lead_mps = max(lead_speed, min(self.flow_mps, lead_speed + gap / CLOSING_S))
+        acceleration = super()._close_behind(gap, lead_mps, speed)
+        if (
+            not (self._is_followed and self._joins_flow)
+            or gap < FOLLOWED_GAP_M
+            or lead_mps + SAME_PACE_MPS < self.flow_mps
+        ):
+            return acceleration
         room = gap - FOLLOWED_GAP_M
-        return max(found, toward_gap(speed, room, believed, self._profile.deceleration, 0.0))
+        return max(acceleration, toward_gap(speed, room, lead_mps, self._profile.deceleration, 0.0))
 
-    def set_flow_speed(self, joined_mps: float, behind_mps: float, limit_kmh: float, dt_s: float) -> None:
-        """Take the pace of a stream (m/s) that the ego joins, or of who is behind, if it is clearly above the limit.
+    def set_flow_speed(self, joined_mps: float, rear_mps: float, limit_kmh: float, dt_s: float) -> None:
+        """Set the flow speed if the joined flow or the rear traffic is clearly faster than the speed limit.
 
-        `dt_s` is the time since the last call (s).
+        Args:
+            joined_mps: Speed of the flow that the ego joins (m/s).
+            rear_mps: Speed of the rear traffic (m/s).
+            limit_kmh: Speed limit (km/h).
+            dt_s: Time since the last call (s).
         """
-        slow = self.own_top_speed(limit_kmh) + FASTER_MPS
-        if joined_mps > slow:
-            self._joined_mps, self._since_s = joined_mps, 0.0
-        self._since_s += dt_s
-        joined = self._joined_mps if self._since_s < KEEPS_S else 0.0
-        self._behind_s += dt_s
-        if behind_mps > slow:
-            self._behind_mps, self._behind_s = behind_mps, 0.0
-        behind = max(behind_mps, self._behind_mps if self._behind_s < LOST_S else 0.0)
-        self._followed = behind > slow
-        pace = max(joined, behind)
-        self.flow_mps = min(pace, FASTEST_MPS) if pace > slow else 0.0
+        threshold_mps = self.own_top_speed(limit_kmh) + FLOW_EXCESS_MPS
+        if joined_mps > threshold_mps:
+            self._joined_mps, self._joined_age_s = joined_mps, 0.0
+        self._joined_age_s += dt_s
+        joined_now_mps = self._joined_mps if self._joined_age_s < FLOW_MEMORY_S else 0.0
+        self._rear_age_s += dt_s
+        if rear_mps > threshold_mps:
+            self._rear_mps, self._rear_age_s = rear_mps, 0.0
+        behind = max(rear_mps, self._rear_mps if self._rear_age_s < TRACK_LOSS_S else 0.0)
+        self._is_followed = behind > threshold_mps
+        pace = max(joined_now_mps, behind)
+        self.flow_mps = min(pace, FASTEST_MPS) if pace > threshold_mps else 0.0
 
 
 def rear_flow_speed_mps(bodies: RouteObjects, s_m: float, d_m: float, speed_mps: float, half_length_m: float) -> float:
-    """Return the speed of traffic behind an ego in its lane, now or soon (m/s); 0 without any.
+    """Return the speed of the rear traffic in the ego's lane, now or soon (m/s); 0 without any.
 
-    An ego that kept to its own pace until the traffic is close, and fell back to it afterwards, would be hit.
+    An ego that drove at its own speed until the traffic is close, and returned to that speed later, would be hit.
     """
     gap = s_m - half_length_m - bodies.s - bodies.along
-    near = np.maximum(FOLLOWS_S * bodies.vs, COMES_S * np.maximum(bodies.vs - speed_mps, 0.0)) + FOLLOWS_M
-    follows = (np.abs(bodies.d - d_m) < IN_LANE_M) & (gap > -1.0) & (gap < near) & ~bodies.is_walker
-    return max(float(bodies.vs[follows].max()), 0.0) if follows.any() else 0.0
+    near_m = np.maximum(FOLLOWS_S * bodies.vs, ARRIVES_S * np.maximum(bodies.vs - speed_mps, 0.0)) + FOLLOWS_M
+    is_follower = (np.abs(bodies.d - d_m) < IN_LANE_M) & (gap > -1.0) & (gap < near_m) & ~bodies.is_walker
+    return max(float(bodies.vs[is_follower].max()), 0.0) if is_follower.any() else 0.0

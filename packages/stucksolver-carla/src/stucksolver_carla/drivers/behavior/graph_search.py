@@ -1,4 +1,4 @@
-"""A directed graph of numbered places, and the shortest way through it."""
+"""Searches the shortest path through a directed graph of numbered nodes."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Edge:
-    """A way from one place to the next. `change` is the side of a lane change, or empty.
+    """An edge from one node to the next. `change` is the side of a lane change, or empty.
 
-    `abreast` is the sample beside the start in the lane that is changed to; it matters for lane changes only.
+    `abreast` is the sample next to the start in the new lane. It is used for lane changes only.
     """
 
     cost_m: float
@@ -21,52 +21,53 @@ class Edge:
 
 
 Edges = dict[int, dict[int, Edge]]
-"""Each place with the edges that start there, by the place where they end."""
+"""The edges from each node, by their end nodes."""
 
 
 class NoRouteError(Exception):
     """The target cannot be reached."""
 
 
-def shortest_way(edges: Edges, source: int, target: int, at_least_m: Callable[[int, int], float]) -> list[int]:
-    """Find the cheapest way with A*; of equal ways the one found first wins.
+def shortest_path(edges: Edges, source: int, target: int, min_cost_m: Callable[[int, int], float]) -> list[int]:
+    """Return the cheapest path, found with A*. Of equal paths the one found first wins.
 
     Args:
         edges: The graph.
-        source: The place to start from.
-        target: The place to reach.
-        at_least_m: Returns a lower bound of the cost between two places, which shrinks by no more than an edge costs.
+        source: The start node.
+        target: The end node.
+        min_cost_m: Returns a lower bound of the cost between two nodes. Along an edge, it must decrease by no more than
+            the edge's cost.
 
     Returns:
-        The places on the way, both ends included.
+        The nodes of the path with both ends.
 
     Raises:
-        NoWay: There is none.
+        NoRouteError: No path exists.
     """
     order = itertools.count()
     queue: list[tuple[float, int, int, float, int | None]] = [(0.0, next(order), source, 0.0, None)]
     best_m: dict[int, float] = {source: 0.0}
-    before: dict[int, int | None] = {}
+    predecessors: dict[int, int | None] = {}
     while queue:
-        _, _, place, cost_m, came_from = heapq.heappop(queue)
-        # Rounding may make a known way a little shorter; then its places are looked at again.
-        if place in before and best_m[place] < cost_m:
+        _, _, node, cost_m, previous_node = heapq.heappop(queue)
+        # Rounding may make another path to a node a little cheaper. The node is then expanded again.
+        if node in predecessors and best_m[node] < cost_m:
             continue
-        before[place] = came_from
-        if place == target:
-            return _way_to(place, before)
-        for neighbour, edge in edges.get(place, {}).items():
-            there_m = cost_m + edge.cost_m
-            if neighbour in best_m and best_m[neighbour] <= there_m:
+        predecessors[node] = previous_node
+        if node == target:
+            return _path_to(node, predecessors)
+        for neighbor, edge in edges.get(node, {}).items():
+            cost_there_m = cost_m + edge.cost_m
+            if neighbor in best_m and best_m[neighbor] <= cost_there_m:
                 continue
-            best_m[neighbour] = there_m
-            estimate_m = there_m + at_least_m(neighbour, target)
-            heapq.heappush(queue, (estimate_m, next(order), neighbour, there_m, place))
+            best_m[neighbor] = cost_there_m
+            estimate_m = cost_there_m + min_cost_m(neighbor, target)
+            heapq.heappush(queue, (estimate_m, next(order), neighbor, cost_there_m, node))
     raise NoRouteError
 
 
-def _way_to(place: int, before: dict[int, int | None]) -> list[int]:
-    way = [place]
-    while (previous := before[way[-1]]) is not None:
-        way.append(previous)
-    return way[::-1]
+def _path_to(node: int, predecessors: dict[int, int | None]) -> list[int]:
+    path = [node]
+    while (predecessor := predecessors[path[-1]]) is not None:
+        path.append(predecessor)
+    return path[::-1]

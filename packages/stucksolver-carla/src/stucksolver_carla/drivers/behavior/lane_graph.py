@@ -1,8 +1,8 @@
-"""The road network of a `carla.Map` as a directed graph of lane samples about a metre apart.
+"""Represents the road network of a `carla.Map` as a directed graph of lane samples about a meter apart.
 
-Follows the published behaviour of `GlobalRoutePlanner` (CARLA PythonAPI agents package, MIT): lanes come from
-`Map.get_topology`, and a lane change is an edge wherever the lane markings permit one. Here every second sample is a
-node, so a change may happen anywhere along a lane and always takes some length.
+This follows the published behavior of `GlobalRoutePlanner` (CARLA PythonAPI agents package, MIT): lanes come from
+`Map.get_topology`, and a lane change is an edge wherever the lane markings permit one. Unlike there, every second
+sample is a node. So a change may happen anywhere along a lane, and always takes some length.
 """
 
 from __future__ import annotations
@@ -19,25 +19,33 @@ import carla
 from stucksolver_carla.drivers.behavior.graph_search import Edge, Edges
 
 SAMPLING_M = 1.0
+"""Distance between two samples of a lane (m)."""
 NODE_STRIDE = 2
+"""Number of samples per node. Ours."""
 LANE_CHANGE_LENGTH_M = 10
+"""Length of a lane change in the graph (samples, m). Ours."""
 LANE_CHANGE_COST_M = 15.0
+"""Additional cost of a lane change (m). Ours."""
 LATE_CHANGE_COST = 0.02
-"""Added for each metre of lane driven before the change: of two equal routes the one with the earlier change wins."""
+"""Additional cost of a lane change per meter of lane before it: of two equal routes, the one with the earlier change
+wins. Ours."""
 _MIN_CHANGE_LENGTH_M = 3
+"""Minimum length of a lane from or into which a lane change leads (samples, m). Ours."""
 _CACHED_MAPS = 4
+"""Maximum number of maps in the cache. Ours."""
 _SEED_SPACING_M = 50.0
+"""Distance between the waypoints from which lanes missing in the topology are found (m). Ours."""
 
 LaneKey = tuple[int, int, int]
 
 
 def lane_key(waypoint: carla.Waypoint) -> LaneKey:
-    """Return road, section and lane id of a waypoint: the key of its piece of lane."""
+    """Return road, section and lane id of a waypoint: the key of its lane."""
     return (waypoint.road_id, waypoint.section_id, waypoint.lane_id)
 
 
 class LaneGraph:
-    """Lane samples of one map, and the edges between them; CARLA's world frame, metres."""
+    """Lane samples of one map, and the edges between them, in CARLA's world frame (m)."""
 
     def __init__(self, carla_map: carla.Map) -> None:
         self.samples: list[Any] = []
@@ -48,7 +56,7 @@ class LaneGraph:
         self._add_topology(carla_map.get_topology(), carla_map.generate_waypoints(_SEED_SPACING_M))
         for key in self._span:
             self._link_forward(key)
-        # After the forward links: a change into a lane that ends at once is useless.
+        # The forward links come first, so that all lanes have their ends before changes into short lanes are excluded.
         for key in list(self._span):
             self._link_changes(key)
 
@@ -62,21 +70,21 @@ class LaneGraph:
         return min(first + offset, last)
 
     def lane_span(self, index: int) -> tuple[int, int]:
-        """First and last sample index of the lane on which sample `index` lies."""
+        """Return the first and last sample index of the lane of sample `index`."""
         return self._span[lane_key(self.samples[index])]
 
     def node_at_or_after(self, index: int) -> int:
-        """Nearest graph node ahead of (or at) a sample, on the same lane."""
+        """Return the nearest graph node ahead of (or at) a sample, on the same lane."""
         first, last = self.lane_span(index)
         return min(first + -(-(index - first) // NODE_STRIDE) * NODE_STRIDE, last)
 
     def node_at_or_before(self, index: int) -> int:
-        """Nearest graph node behind (or at) a sample, on the same lane."""
+        """Return the nearest graph node behind (or at) a sample, on the same lane."""
         first, last = self.lane_span(index)
         return index if index == last else first + (index - first) // NODE_STRIDE * NODE_STRIDE
 
     def lanes_of_junction(self, junction_id: int) -> list[LaneKey]:
-        """The lanes that lead through a junction."""
+        """Return the lanes through a junction."""
         return self._junctions.get(junction_id, [])
 
     def span_of(self, key: LaneKey) -> tuple[int, int] | None:
@@ -84,31 +92,31 @@ class LaneGraph:
         return self._span.get(key)
 
     def before(self, key: LaneKey) -> set[LaneKey]:
-        """The lanes that lead to a lane."""
+        """Return the lanes that lead to a lane."""
         return self._predecessors.get(key, set())
 
     def after(self, key: LaneKey) -> set[LaneKey]:
-        """The lanes that a lane leads to."""
+        """Return the lanes to which a lane leads."""
         return {successor for successor in self._successors.get(key, set()) if successor in self._span}
 
     @cached_property
     def _predecessors(self) -> dict[LaneKey, set[LaneKey]]:
-        found: dict[LaneKey, set[LaneKey]] = {}
+        predecessors: dict[LaneKey, set[LaneKey]] = {}
         for key in self._span:
-            for item in self.after(key):
-                found.setdefault(item, set()).add(key)
-        return found
+            for successor in self.after(key):
+                predecessors.setdefault(successor, set()).add(key)
+        return predecessors
 
     @cached_property
     def _junctions(self) -> dict[int, list[LaneKey]]:
-        found: dict[int, list[LaneKey]] = {}
+        lanes: dict[int, list[LaneKey]] = {}
         for key, (first, _) in self._span.items():
             if self.samples[first].is_junction:
-                found.setdefault(self.samples[first].junction_id, []).append(key)
-        return found
+                lanes.setdefault(self.samples[first].junction_id, []).append(key)
+        return lanes
 
     def distance_m(self, a: int, b: int) -> float:
-        """Straight distance between two samples: the heuristic of the search."""
+        """Return the straight distance between two samples (m): the heuristic of the search."""
         return math.dist(self.xy[a], self.xy[b])
 
     def _add_topology(self, topology: list[tuple[Any, Any]], seeds: list[Any]) -> None:
@@ -117,14 +125,14 @@ class LaneGraph:
             self._add_lane(entry)
             if lane_key(leaving) != lane_key(entry):
                 self._successors[lane_key(entry)].add(lane_key(leaving))
-        # The topology lists lanes at road ends only, and not all of those of a dead end: later sections of a road
-        # appear just as an exit of another, or not at all.
+        # The topology lists lanes at road ends only, and not all lanes of a dead end. Later sections of a road appear
+        # only as the exit of another one, or not at all.
         pending = [leaving for _, leaving in topology if lane_key(leaving) not in entries] + seeds
         while pending:
             pending.extend(self._add_inner_lane(pending.pop()))
 
     def _add_inner_lane(self, entry: carla.Waypoint) -> list[carla.Waypoint]:
-        """Add a lane that is not a road entry; returns the entries of later lanes that are still unknown."""
+        """Add a lane that is not a road entry, and return the entries of later lanes that are not in the graph yet."""
         key = lane_key(entry)
         if key in self._span:
             return []
@@ -134,11 +142,11 @@ class LaneGraph:
         self._successors[key].update(lane_key(w) for w in following)
         return [w for w in following if lane_key(w) not in self._span]
 
-    def _add_lane(self, inside: carla.Waypoint) -> None:
-        key = lane_key(inside)
+    def _add_lane(self, waypoint_inside: carla.Waypoint) -> None:
+        key = lane_key(waypoint_inside)
         if key in self._span:
             return
-        entry = [inside, *_along_lane(inside, lambda waypoint: waypoint.previous(SAMPLING_M))][-1]
+        entry = [waypoint_inside, *_along_lane(waypoint_inside, lambda waypoint: waypoint.previous(SAMPLING_M))][-1]
         lane = [entry, *_along_lane(entry, lambda waypoint: waypoint.next(SAMPLING_M))]
         first = len(self.samples)
         for waypoint in lane:
@@ -173,12 +181,12 @@ class LaneGraph:
             if allowed in (carla.LaneChange.Left, carla.LaneChange.Both):
                 self._link_change(node, self.samples[node].get_left_lane(), "left")
 
-    def _link_change(self, node: int, neighbour: Any, side: str) -> None:
-        if neighbour is None or neighbour.lane_type != carla.LaneType.Driving:
+    def _link_change(self, node: int, neighbor: Any, side: str) -> None:
+        if neighbor is None or neighbor.lane_type != carla.LaneType.Driving:
             return
-        if neighbour.lane_id * self.samples[node].lane_id < 0:
+        if neighbor.lane_id * self.samples[node].lane_id < 0:
             return
-        abreast = self.locate(neighbour)
+        abreast = self.locate(neighbor)
         if abreast is None:
             return
         first, last = self.lane_span(abreast)
@@ -195,27 +203,25 @@ class LaneGraph:
 def _along_lane(
     waypoint: carla.Waypoint, step: Callable[[carla.Waypoint], list[carla.Waypoint]]
 ) -> list[carla.Waypoint]:
-    """Return the waypoints reached by repeated `step` on the same lane.
+    """Return the waypoints of repeated calls of `step` on the same lane.
 
     `Waypoint.next_until_lane_end` would be shorter, but it crashes if a road has no successor.
     """
-    key, found = lane_key(waypoint), list[Any]()
+    key, waypoints = lane_key(waypoint), list[Any]()
     while True:
-        here = [w for w in step(waypoint) if lane_key(w) == key]
+        following = [w for w in step(waypoint) if lane_key(w) == key]
         # A road that is its own successor starts again from its beginning.
-        if not here or abs(here[0].s - waypoint.s) > 2.0 * SAMPLING_M:
-            return found
-        waypoint = here[0]
-        found.append(waypoint)
+        if not following or abs(following[0].s - waypoint.s) > 2.0 * SAMPLING_M:
+            return waypoints
+        waypoint = following[0]
+        waypoints.append(waypoint)
 
 
 _cache: OrderedDict[tuple[str, int], LaneGraph] = OrderedDict()
 
 
 def lane_graph(carla_map: carla.Map) -> LaneGraph:
-    """Return the graph of a map, built once. The key is the content, as `World.get_map` makes a new object each
-    time.
-    """
+    """Return the graph of a map, built once for its content, because `World.get_map` creates a new object each time."""
     key = (str(carla_map.name), hash(carla_map.to_opendrive()))
     if key not in _cache:
         _cache[key] = LaneGraph(carla_map)

@@ -1,8 +1,8 @@
-"""The speed of a vehicle that sensors have just found: about the pace of those who drove there before.
+"""Corrects the speed of new and of camera tracks with the speeds of earlier vehicles on the same path.
 
-At the edge of the LiDAR's grid, speeds are measured too low at first: 10 to 14 m/s of 20. Whoever sets off before such
-a vehicle because it seems slow gets in its way. The camera alone gives a bound, up to twice the speed: whoever believes
-that lets gaps go by.
+At the edge of the LiDAR's grid, speeds are measured too low at first: 10 to 14 m/s of 20. An ego that starts in front
+of such a vehicle because it seems slow gets in its way. The camera alone gives an upper bound, up to twice the speed.
+With that bound, the ego would reject good gaps.
 """
 
 from __future__ import annotations
@@ -16,57 +16,71 @@ from stucksolver_carla.drivers.behavior.conflict_paths import ConflictPath
 from stucksolver_carla.drivers.behavior.conflicting_traffic import ConflictingVehicle
 from stucksolver_carla.drivers.behavior.nearby_objects import FIRST_FAR_ID
 
-NEW_S = 0.7
-"""A vehicle is new for so long after it was first seen on a way (s)."""
+NEW_TRACK_S = 0.7
+"""Time after its first detection on a path for which a vehicle is new (s). Ours."""
 PACE_S = 5.0
-"""The pace of a way is forgotten when nobody has driven there for so long (s)."""
+"""Time without a vehicle after which the usual speed of a path is forgotten (s). Ours."""
 FASTER_MPS = 2.0
-"""Whom only the camera sees is faster by no more than this (m/s) than the fastest ..."""
-KNOWN = 2
-"""... of at least so many others ..."""
-KNOWN_S = 12.0
-"""... who drove there within this time (s)."""
+"""Maximum speed of a camera track above the fastest earlier vehicle on its path (m/s). Ours."""
+MIN_VEHICLES = 2
+"""Minimum number of earlier vehicles for that limit. Ours."""
+MEMORY_S = 12.0
+"""Time within which these vehicles drove there (s). Ours."""
 
 
 class LaneSpeedPrior:
-    """Remembers how fast vehicles drove on the ways of one junction."""
+    """Speeds of earlier vehicles on the paths of one junction."""
 
     def __init__(self) -> None:
-        self._since: dict[tuple[int, int], float] = {}
-        self._paces: dict[int, tuple[float, float]] = {}
-        """By way: when somebody last drove there (s), and the median speed then (m/s)."""
-        self._drove: dict[int, dict[int, tuple[float, float]]] = {}
-        """By way and vehicle: when it last drove there (s), and its highest speed (m/s)."""
+        self._first_seen_s: dict[tuple[int, int], float] = {}
+        self._path_speeds: dict[int, tuple[float, float]] = {}
+        """For each path: the time of the last vehicle (s), and the median speed at that time (m/s)."""
+        self._vehicle_speeds: dict[int, dict[int, tuple[float, float]]] = {}
+        """For each path and vehicle: the time of its last detection (s), and its highest speed (m/s)."""
 
-    def of(
-        self, seen: Sequence[tuple[ConflictPath, ConflictingVehicle]], now_s: float
+    def with_prior_speed(
+        self, pairs: Sequence[tuple[ConflictPath, ConflictingVehicle]], now_s: float
     ) -> list[tuple[ConflictPath, ConflictingVehicle]]:
-        """Return them, the new ones with the pace of their way (m/s) if they seem slower, those that only the camera
-        sees with little more than others drove if they seem faster.
+        """Return the pairs with corrected speeds.
+
+        New vehicles get the usual speed of their path if they seem slower. Camera tracks get little more than the
+        highest earlier speed if they seem faster.
         """
-        self._since = {(id(way), item.actor_id): self._since.get((id(way), item.actor_id), now_s) for way, item in seen}
+        self._first_seen_s = {
+            (id(path), vehicle.actor_id): self._first_seen_s.get((id(path), vehicle.actor_id), now_s)
+            for path, vehicle in pairs
+        }
         speeds: dict[int, list[float]] = {}
-        for way, item in seen:
-            if item.actor_id < FIRST_FAR_ID and not self._is_new(way, item, now_s):
-                speeds.setdefault(id(way), []).append(item.speed)
-                drove = self._drove.setdefault(id(way), {})
-                drove[item.actor_id] = now_s, max(item.speed, drove.get(item.actor_id, (0.0, 0.0))[1])
-        self._paces |= {way: (now_s, float(np.median(some))) for way, some in speeds.items()}
-        return [(way, self._believed(way, item, now_s)) for way, item in seen]
+        for path, vehicle in pairs:
+            if vehicle.actor_id < FIRST_FAR_ID and not self._is_new(path, vehicle, now_s):
+                speeds.setdefault(id(path), []).append(vehicle.speed)
+                vehicle_speeds = self._vehicle_speeds.setdefault(id(path), {})
+                vehicle_speeds[vehicle.actor_id] = (
+                    now_s,
+                    max(vehicle.speed, vehicle_speeds.get(vehicle.actor_id, (0.0, 0.0))[1]),
+                )
+        self._path_speeds |= {path: (now_s, float(np.median(values))) for path, values in speeds.items()}
+        return [(path, self._corrected(path, vehicle, now_s)) for path, vehicle in pairs]
 
-    def _is_new(self, way: ConflictPath, vehicle: ConflictingVehicle, now_s: float) -> bool:
-        return now_s - self._since[id(way), vehicle.actor_id] < NEW_S
+    def _is_new(self, path: ConflictPath, vehicle: ConflictingVehicle, now_s: float) -> bool:
+        return now_s - self._first_seen_s[id(path), vehicle.actor_id] < NEW_TRACK_S
 
-    def _believed(self, way: ConflictPath, vehicle: ConflictingVehicle, now_s: float) -> ConflictingVehicle:
-        speed = max(vehicle.speed, self._pace(id(way), now_s)) if self._is_new(way, vehicle, now_s) else vehicle.speed
-        most = self._most(id(way), now_s) if vehicle.actor_id >= FIRST_FAR_ID else math.inf
-        return vehicle._replace(speed=min(speed, most))
+    def _corrected(self, path: ConflictPath, vehicle: ConflictingVehicle, now_s: float) -> ConflictingVehicle:
+        speed = (
+            max(vehicle.speed, self._usual_mps(id(path), now_s))
+            if self._is_new(path, vehicle, now_s)
+            else vehicle.speed
+        )
+        limit_mps = self._camera_limit_mps(id(path), now_s) if vehicle.actor_id >= FIRST_FAR_ID else math.inf
+        return vehicle._replace(speed=min(speed, limit_mps))
 
-    def _pace(self, way: int, now_s: float) -> float:
-        since_s, pace = self._paces.get(way, (now_s, 0.0))
-        return pace if now_s - since_s < PACE_S else 0.0
+    def _usual_mps(self, path: int, now_s: float) -> float:
+        last_s, median_mps = self._path_speeds.get(path, (now_s, 0.0))
+        return median_mps if now_s - last_s < PACE_S else 0.0
 
-    def _most(self, way: int, now_s: float) -> float:
-        """Return the highest speed of whom only the camera sees there (m/s)."""
-        drove = [speed for last_s, speed in self._drove.get(way, {}).values() if now_s - last_s < KNOWN_S]
-        return max(drove) + FASTER_MPS if len(drove) >= KNOWN else math.inf
+    def _camera_limit_mps(self, path: int, now_s: float) -> float:
+        """Return the highest plausible speed of a camera track on a path (m/s)."""
+        vehicle_speeds = [
+            speed for last_s, speed in self._vehicle_speeds.get(path, {}).values() if now_s - last_s < MEMORY_S
+        ]
+        return max(vehicle_speeds) + FASTER_MPS if len(vehicle_speeds) >= MIN_VEHICLES else math.inf

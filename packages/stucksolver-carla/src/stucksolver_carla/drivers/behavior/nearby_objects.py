@@ -1,6 +1,6 @@
-"""Ground truth of all bodies around the ego, one snapshot per tick, as arrays.
+"""Reads the boxes of all objects around the ego from ground truth, one snapshot per tick, as arrays.
 
-`BehaviorAgent` looks at vehicles and walkers only; here every actor with a body counts.
+`BehaviorAgent` uses vehicles and walkers only; this driver uses every actor with a body.
 """
 
 from __future__ import annotations
@@ -16,21 +16,24 @@ import numpy as np
 from stucksolver_carla.drivers.behavior.path import Array
 
 BODILESS = ("sensor.", "traffic.", "controller.", "spectator", "static.trigger")
+"""Starts of the type ids of actors without a body."""
 MIN_HEIGHT_M = 0.05
-"""Anything flatter is a mark on the road."""
+"""Minimum height of an object (m); flatter ones are marks on the road. Ours."""
 HAZARD_LAMPS = 32 | 16
 """Both blinkers, as bits of `carla.VehicleLightState`."""
 RANGE_M = 120.0
+"""Half size of the square around the ego from which objects are read (m). Ours."""
 FIRST_FAR_ID = 1_000_000
-"""By sensors, ids from this one on are of vehicles that only a camera tracks
-(`stucksolver_perception.far_tracking.FIRST_ID`). They are on a lane of the map and nearer than measured, to be
-careful: where that is says nothing of the way that they take.
-"""
+"""First id of vehicles that only a camera tracks (`stucksolver_perception.far_tracking.FIRST_ID`). Sensor mode only.
+
+Such a vehicle is placed on a lane of the map, nearer than measured, as a safe assumption. This position does not tell
+which path the vehicle takes."""
 _UNKNOWN_HALF_SIZE_M = 0.3
+"""Half size of an object whose size the client does not report (m). Ours."""
 
 
 class ActorBox(NamedTuple):
-    """Box of one actor, measured once: half sizes and the box's place in the actor's frame (m, rad)."""
+    """Box of one actor, read once: half sizes and the box's pose in the actor's frame (m, rad)."""
 
     actor_id: int
     is_walker: bool
@@ -43,7 +46,7 @@ class ActorBox(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class NearbyObjects:
-    """Oriented boxes of the actors within range; CARLA's world frame, metres, radians, m/s; equal lengths."""
+    """Oriented boxes of the actors within range, in CARLA's world frame (m, rad, m/s); arrays of equal length."""
 
     actor_id: tuple[int, ...]
     is_walker: np.ndarray[Any, np.dtype[np.bool_]]
@@ -60,75 +63,75 @@ class NearbyObjects:
     def __len__(self) -> int:
         return len(self.actor_id)
 
-    def part(self, which: np.ndarray[Any, np.dtype[np.bool_]]) -> NearbyObjects:
-        """Some of them."""
-        ids = tuple(i for i, wanted in zip(self.actor_id, which.tolist(), strict=True) if wanted)
-        columns = {f.name: getattr(self, f.name)[which] for f in fields(self) if f.name != "actor_id"}
+    def part(self, selected: np.ndarray[Any, np.dtype[np.bool_]]) -> NearbyObjects:
+        """Return the selected objects."""
+        ids = tuple(i for i, is_selected in zip(self.actor_id, selected.tolist(), strict=True) if is_selected)
+        columns = {f.name: getattr(self, f.name)[selected] for f in fields(self) if f.name != "actor_id"}
         return NearbyObjects(actor_id=ids, **columns)
 
 
 class ObjectSource(Protocol):
-    """Returns the bodies around: `GroundTruthObjects` from the client, a vehicle's own perception from its sensors."""
+    """Source of the objects around the ego: `GroundTruthObjects` from the client, or sensor-based perception."""
 
     doubt_m: ClassVar[float]
-    """How far the ego and stationary bodies may be from where they are taken to be (m); 0 for ground truth."""
+    """Maximum error of the positions of the ego and of stationary objects (m); 0 for ground truth."""
 
     def read(self, ego_x: float, ego_y: float) -> NearbyObjects:
-        """Return the bodies within range of a point of CARLA's world."""
+        """Return the objects within range of a point in CARLA's world frame (m)."""
 
 
-def bodies_around(vehicle: Any, range_m: float, unseen: tuple[str, ...]) -> ObjectSource:
-    """Return the vehicle's own perception (`SensedVehicle.perceiver`), or else the client's ground truth."""
+def bodies_around(vehicle: Any, range_m: float, ignored_types: tuple[str, ...]) -> ObjectSource:
+    """Return the vehicle's sensor-based perception (its attribute `perceiver`), or the client's ground truth."""
     own = getattr(vehicle, "perceiver", None)
     if own is None:
-        return GroundTruthObjects(vehicle.get_world(), vehicle.id, range_m, unseen)
-    found: ObjectSource = own.within(range_m)
-    return found
+        return GroundTruthObjects(vehicle.get_world(), vehicle.id, range_m, ignored_types)
+    source: ObjectSource = own.within(range_m)
+    return source
 
 
 class GroundTruthObjects:
-    """Reads the world for one ego; requests actors and their sizes only if the set of ids changes."""
+    """The ground truth around one ego. Actors and their sizes are requested only if the set of ids changes."""
 
     doubt_m: ClassVar[float] = 0.0
 
     def __init__(
-        self, world: carla.World, ego_id: int, range_m: float = RANGE_M, unseen: tuple[str, ...] = BODILESS
+        self, world: carla.World, ego_id: int, range_m: float = RANGE_M, ignored_types: tuple[str, ...] = BODILESS
     ) -> None:
         self._world = world
         self._ego_id = ego_id
         self._range_m = range_m
-        self._unseen = unseen
+        self._ignored_types = ignored_types
         self._ids: frozenset[int] = frozenset()
-        self._bodies: dict[int, ActorBox | None] = {}
+        self._boxes: dict[int, ActorBox | None] = {}
 
     def read(self, ego_x: float, ego_y: float) -> NearbyObjects:
-        """Return the bodies within range (a square) of a point of CARLA's world."""
+        """Return the objects in a square around a point in CARLA's world frame (m)."""
         snapshot = self._world.get_snapshot()
         self._refresh(frozenset(actor.id for actor in snapshot))
         rows = []
-        for body in self._bodies.values():
+        for body in self._boxes.values():
             actor = None if body is None else snapshot.find(body.actor_id)
             if body is not None and actor is not None:
                 row = _row(body, actor)
                 if abs(row[0] - ego_x) < self._range_m and abs(row[1] - ego_y) < self._range_m:
                     rows.append((body, row))
-        return _surroundings(rows)
+        return _nearby_objects(rows)
 
     def _refresh(self, ids: frozenset[int]) -> None:
         if ids == self._ids:
             return
-        for gone in self._bodies.keys() - ids:
-            del self._bodies[gone]
-        new = ids - self._bodies.keys()
-        if new:
-            listed = {actor.id: actor for actor in self._world.get_actors(list(new))}
+        for removed_id in self._boxes.keys() - ids:
+            del self._boxes[removed_id]
+        new_ids = ids - self._boxes.keys()
+        if new_ids:
+            listed = {actor.id: actor for actor in self._world.get_actors(list(new_ids))}
             # An id that the server does not list yet is requested again on the next tick.
-            self._bodies.update({i: self._measure(actor) for i, actor in listed.items()})
-            ids = ids - (new - listed.keys())
+            self._boxes.update({i: self._measure(actor) for i, actor in listed.items()})
+            ids = ids - (new_ids - listed.keys())
         self._ids = ids
 
     def _measure(self, actor: carla.Actor) -> ActorBox | None:
-        if actor.id == self._ego_id or actor.type_id.startswith(self._unseen):
+        if actor.id == self._ego_id or actor.type_id.startswith(self._ignored_types):
             return None
         if actor.parent is not None and actor.parent.id == self._ego_id:
             return None
@@ -136,11 +139,11 @@ class GroundTruthObjects:
 
 
 def body_of(actor: carla.Actor) -> ActorBox | None:
-    """Return the box of a `carla.Actor`; None for one that is too flat to matter."""
-    # Old clients know the boxes of vehicles and walkers only.
+    """Return the box of a `carla.Actor`; None if it is flatter than `MIN_HEIGHT_M`."""
+    # Old clients have boxes only for vehicles and walkers.
     box = getattr(actor, "bounding_box", None) or carla.BoundingBox()
     size = [float(box.extent.x), float(box.extent.y), float(box.extent.z)]
-    # Some props of CARLA report no or infinite size: then it is unknown, which must not mean harmless.
+    # Some props of CARLA have no or infinite size. They still count as obstacles, with a default size.
     if not all(map(math.isfinite, size)) or max(size[0], size[1]) <= 0.0:
         size = [_UNKNOWN_HALF_SIZE_M] * 3
     if 2.0 * size[2] < MIN_HEIGHT_M:
@@ -153,15 +156,15 @@ def body_of(actor: carla.Actor) -> ActorBox | None:
 
 
 def _row(body: ActorBox, actor: carla.ActorSnapshot) -> tuple[float, float, float, float, float, float, float]:
-    """x, y, yaw, bottom, top, vx, vy of the box's centre."""
+    """Return x, y, yaw, bottom, top, vx, vy of a box."""
     transform, velocity = actor.get_transform(), actor.get_velocity()
-    place, yaw = transform.location, math.radians(transform.rotation.yaw)
+    location, yaw = transform.location, math.radians(transform.rotation.yaw)
     cos, sin = math.cos(yaw), math.sin(yaw)
     dx, dy, dz = body.offset
-    z = place.z + dz
+    z = location.z + dz
     return (
-        place.x + dx * cos - dy * sin,
-        place.y + dx * sin + dy * cos,
+        location.x + dx * cos - dy * sin,
+        location.y + dx * sin + dy * cos,
         yaw + body.yaw,
         z - body.half_height,
         z + body.half_height,
@@ -170,7 +173,7 @@ def _row(body: ActorBox, actor: carla.ActorSnapshot) -> tuple[float, float, floa
     )
 
 
-def _surroundings(rows: Sequence[tuple[ActorBox, tuple[float, ...]]]) -> NearbyObjects:
+def _nearby_objects(rows: Sequence[tuple[ActorBox, tuple[float, ...]]]) -> NearbyObjects:
     columns = np.array([row for _, row in rows], dtype=np.float64).reshape(len(rows), 7).T
     x, y, yaw, bottom, top, vx, vy = columns
     return NearbyObjects(

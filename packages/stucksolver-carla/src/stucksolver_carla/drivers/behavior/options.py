@@ -1,4 +1,4 @@
-"""Options of a driver that do not change its behaviour profile."""
+"""Defines the options of a driver that are not part of its behavior profile."""
 
 from __future__ import annotations
 
@@ -7,20 +7,21 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class DriverOptions:
-    """Margins and switches; lengths in metres."""
+    """Margins and switches; lengths in meters."""
 
     ignore_traffic_lights: bool = False
+    """True to drive through red lights."""
     follow_obeys_lights: bool = True
-    """Stop at red lights and stop signs of the route while driving a given path, too."""
+    """True to stop at red lights and stop signs of the route also while the ego follows a set path."""
     side_margin_m: float = 0.3
-    """Clearance that the route's lane must have on either side of the body."""
+    """Required clearance at the ego's sides in the route's lane. Ours."""
     follow_side_margin_m: float = 0.2
-    """The same on a given path: an object 0.3 m beside it never stops the ego."""
+    """Required clearance at the ego's sides on a set path: an object at 0.3 m never stops the ego. Ours."""
     follow_gap_m: float = 1.5
-    """Bumper gap kept to standing objects in a given path."""
+    """Bumper gap to stopped objects in a set path. Ours."""
     follow_deceleration: float = 3.0
-    """Comfortable braking on a given path (m/s²)."""
+    """Comfortable deceleration on a set path (m/s²). Ours."""
     heeds_on_path: bool = True
-    """Brake for what is in the way on a given path, too. Without it, whoever gave the path is responsible."""
+    """True to brake for obstacles in a set path. If False, the planner of the path is responsible for them."""
     stop_line_gap_m: float = 1.0
-    """Distance from the front bumper to a red light's stop line."""
+    """Distance from the front bumper to a red light's stop line. Ours."""

@@ -1,7 +1,7 @@
-"""A line to drive along: arc length, heading, curvature and speed bounds of a sampled polyline.
+"""Represents a line to drive along: arc length, heading, curvature and speed bounds of a sampled polyline.
 
-CARLA's world frame (x east, y south, metres), yaw in radians growing clockwise; lateral offsets and curvature
-are positive to the right.
+The frame is CARLA's world frame (x east, y south, m), with clockwise yaw (rad). Lateral offsets and curvature are
+positive to the right.
 """
 
 from __future__ import annotations
@@ -17,13 +17,17 @@ from stucksolver.scene.polyline import arc_lengths
 
 Array = NDArray[np.float64]
 SPACING_M = 0.25
+"""Distance between two samples of a path (m). Ours."""
 _HEADING_BASE_M = 0.5
+"""Distance to either side over which the heading is measured (m). Ours."""
 _CURVATURE_BASE_M = 1.0
+"""Distance to either side over which the curvature is measured (m). Ours."""
 _MIN_STEP_M = 0.02
+"""Minimum distance between two input points (m); nearer ones are dropped, because their direction is noise. Ours."""
 
 
 class PlanarPose(NamedTuple):
-    """A place and heading in CARLA's world frame; metres and radians."""
+    """A position and heading in CARLA's world frame (m, rad)."""
 
     x: float
     y: float
@@ -31,7 +35,7 @@ class PlanarPose(NamedTuple):
 
 
 def flipped(pose: PlanarPose) -> PlanarPose:
-    """The same place with the opposite heading, as a reversing car sees its way."""
+    """Return the same position with the opposite heading, for a car that backs up."""
     return PlanarPose(pose.x, pose.y, pose.yaw + math.pi)
 
 
@@ -43,22 +47,22 @@ class Projection(NamedTuple):
     lateral: float
     """Offset from the path (m), right positive."""
     heading: float
-    """Own heading minus the path's (rad), in [-pi, pi]."""
+    """The pose's heading minus the path's (rad), in [-pi, pi]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Path:
-    """Samples of a line every quarter metre; the arrays are of equal length."""
+    """Samples of a line every quarter meter; arrays of equal length."""
 
     s: Array
     x: Array
     y: Array
     z: Array
     yaw: Array
-    """Unwrapped: neighbours never differ by a full turn."""
+    """Unwrapped headings (rad): two neighbors never differ by a full turn."""
     curvature: Array
     speed: Array
-    """Upper bound on speed at each sample (m/s)."""
+    """Upper bound of the speed at each sample (m/s)."""
 
     @property
     def length(self) -> float:
@@ -66,26 +70,26 @@ class Path:
         return float(self.s[-1])
 
     def at(self, s: Array) -> tuple[Array, Array, Array]:
-        """x, y and yaw at the arc lengths `s`; beyond either end the path goes straight on."""
-        over = s - np.clip(s, 0.0, self.length)
+        """Return x, y and yaw at the arc lengths `s`. Beyond either end the path continues straight."""
+        beyond_m = s - np.clip(s, 0.0, self.length)
         yaw = np.interp(s, self.s, self.yaw)
-        x = np.interp(s, self.s, self.x) + over * np.cos(yaw)
-        y = np.interp(s, self.s, self.y) + over * np.sin(yaw)
+        x = np.interp(s, self.s, self.x) + beyond_m * np.cos(yaw)
+        y = np.interp(s, self.s, self.y) + beyond_m * np.sin(yaw)
         return x, y, yaw
 
     def curvature_at(self, s: float) -> float:
-        """Curvature at arc length `s` (1/m), right positive."""
+        """Return the curvature at arc length `s` (1/m), right positive."""
         return float(np.interp(s, self.s, self.curvature))
 
     def speed_at(self, s: float) -> float:
-        """Speed bound (m/s) at arc length `s`."""
+        """Return the speed bound at arc length `s` (m/s)."""
         return float(np.interp(s, self.s, self.speed))
 
     def project(self, pose: PlanarPose, near_s: float | None = None, window_m: float = 30.0) -> Projection:
-        """Find the nearest point of the path, from a little behind `near_s` to `window_m` ahead of it.
+        """Return the nearest point of the path, from a little behind `near_s` to `window_m` ahead of it.
 
-        Points whose heading differs by more than 90 degrees are taken only if there are no others, so that a path that
-        passes twice is not entered backwards.
+        Points whose heading differs by more than 90 degrees are used only without any other. So a path that passes a
+        place twice is not entered in the opposite direction.
         """
         lo, hi = 0, len(self.s)
         if near_s is not None:
@@ -105,35 +109,35 @@ class Path:
 
 
 def make_path(x: Array, y: Array, speed: Array, z: Array | None = None) -> Path:
-    """Return a path through the given points, resampled.
+    """Return a resampled path through points.
 
     Raises:
-        ValueError: No two of the points are apart.
+        ValueError: All points have the same position.
     """
     steps = np.hypot(np.diff(x), np.diff(y))
     keep = np.concatenate([[True], steps > _MIN_STEP_M])
     x, y, speed = x[keep], y[keep], speed[keep]
     z = np.zeros_like(x) if z is None else z[keep]
     if len(x) < 2:
-        raise ValueError(f"a path needs two points at least {_MIN_STEP_M} m apart; got {len(keep)} point(s)")
-    given = arc_lengths(np.column_stack([x, y]))
-    s = np.linspace(0.0, given[-1], max(int(given[-1] / SPACING_M) + 1, 2))
-    xs, ys = _rounded(s, np.interp(s, given, x)), _rounded(s, np.interp(s, given, y))
+        raise ValueError(f"a path must have two points at least {_MIN_STEP_M} m apart, got {len(keep)} point(s)")
+    arc = arc_lengths(np.column_stack([x, y]))
+    s = np.linspace(0.0, arc[-1], max(int(arc[-1] / SPACING_M) + 1, 2))
+    xs, ys = _smoothed(s, np.interp(s, arc, x)), _smoothed(s, np.interp(s, arc, y))
     yaw = _heading(s, xs, ys)
-    bounds = np.interp(s, given, speed)
-    return Path(s, xs, ys, np.interp(s, given, z), yaw, _slope(s, yaw, _CURVATURE_BASE_M), bounds)
+    bounds = np.interp(s, arc, speed)
+    return Path(s, xs, ys, np.interp(s, arc, z), yaw, _slope(s, yaw, _CURVATURE_BASE_M), bounds)
 
 
 def limited_speed(s: Array, bound: Array, deceleration: float) -> Array:
-    """Return the bound lowered so that each lower value ahead is reached with at most `deceleration` (m/s²)."""
+    """Return bounds that are lowered so that at most `deceleration` (m/s²) leads to each lower bound ahead."""
     reachable = bound * bound + 2.0 * deceleration * s
     # v(s)^2 <= v(t)^2 + 2 a (t - s) for every t >= s: a running minimum from the far end.
     lowest = np.minimum.accumulate(reachable[::-1])[::-1]
     return np.asarray(np.sqrt(np.maximum(lowest - 2.0 * deceleration * s, 0.0)))
 
 
-def _rounded(s: Array, values: Array) -> Array:
-    """Round the corners of a polyline: a mean over a metre, with both ends kept."""
+def _smoothed(s: Array, values: Array) -> Array:
+    """Return a polyline with rounded corners: a mean over one meter that keeps both ends."""
     reach = min(max(round(_HEADING_BASE_M / max(float(s[1]), 1e-6)), 1), (len(values) - 1) // 2)
     if reach < 1:
         return values
@@ -149,6 +153,6 @@ def _heading(s: Array, x: Array, y: Array) -> Array:
 
 
 def _slope(s: Array, values: Array, base_m: float) -> Array:
-    """Central difference over `base_m` to either side, one-sided at the ends."""
+    """Return the central difference over `base_m` to either side, one-sided at the ends."""
     a, b = np.maximum(s - base_m, s[0]), np.minimum(s + base_m, s[-1])
     return np.asarray((np.interp(b, s, values) - np.interp(a, s, values)) / (b - a))

@@ -1,6 +1,6 @@
-"""Bodies around the ego in the route's frame: position and speed along it and across it.
+"""Converts the objects around the ego to the route's frame: position and speed along the route and across it.
 
-Arc lengths in metres along the route's line, offsets in metres from it, right positive.
+Arc lengths along the route's line and offsets from it are in meters, right positive.
 """
 
 from __future__ import annotations
@@ -14,10 +14,15 @@ from stucksolver_carla.drivers.behavior.nearby_objects import NearbyObjects
 from stucksolver_carla.drivers.behavior.path import SPACING_M, Array, Path
 
 BEHIND_M = 80.0
+"""Length of the line behind the ego (m). Ours."""
 AHEAD_M = 220.0
+"""Length of the line ahead of the ego (m). Ours."""
 _STRIDE = round(1.0 / SPACING_M)
+"""Number of samples per meter of the line."""
 _BELOW_M = 1.0
+"""Objects that end this far below the line are on another level (m). Ours."""
 _ABOVE_M = 2.3
+"""Objects that start this far above the line are on another level (m). Ours."""
 
 Flags = np.ndarray[Any, np.dtype[np.bool_]]
 
@@ -31,9 +36,9 @@ class RouteObjects:
     s: Array
     d: Array
     along: Array
-    """Half of the length that each occupies along the route."""
+    """Half of the length along the route (m)."""
     aside: Array
-    """Half of the width that each occupies across it."""
+    """Half of the width across the route (m)."""
     vs: Array
     vd: Array
 
@@ -42,24 +47,30 @@ class RouteObjects:
 
     @property
     def speed(self) -> Array:
-        """m/s."""
+        """Speed (m/s)."""
         return np.asarray(np.hypot(self.vs, self.vd))
 
-    def among(self, ids: frozenset[int]) -> Flags:
-        """True for those with one of these ids."""
+    def has_id_in(self, ids: frozenset[int]) -> Flags:
+        """Return True for the objects with one of these ids."""
         return np.isin(self.actor_id, list(ids))
 
-    def part(self, which: Flags) -> RouteObjects:
-        """Return some of them."""
-        return RouteObjects(*(getattr(self, name)[which] for name in self.__dataclass_fields__))
+    def part(self, selected: Flags) -> RouteObjects:
+        """Return the selected objects."""
+        return RouteObjects(*(getattr(self, name)[selected] for name in self.__dataclass_fields__))
 
 
-def on_route(line: Path, s_m: float, around: NearbyObjects) -> RouteObjects:
-    """Return the bodies `around` that are not above or below a route's `line`, seen from its arc length `s_m`."""
+def objects_on_route(line: Path, s_m: float, around: NearbyObjects) -> RouteObjects:
+    """Return the objects on the level of a route's `line`, between `BEHIND_M` and `AHEAD_M` of its arc length `s_m`."""
     low = int(np.searchsorted(line.s, s_m - BEHIND_M))
     high = max(int(np.searchsorted(line.s, s_m + AHEAD_M)), low + 2)
-    pick = slice(low, high, _STRIDE)
-    xs, ys, yaws, places, zs = line.x[pick], line.y[pick], line.yaw[pick], line.s[pick], line.z[pick]
+    samples = slice(low, high, _STRIDE)
+    xs, ys, yaws, arc_lengths, zs = (
+        line.x[samples],
+        line.y[samples],
+        line.yaw[samples],
+        line.s[samples],
+        line.z[samples],
+    )
     dx, dy = around.x[:, None] - xs, around.y[:, None] - ys
     nearest = np.argmin(dx * dx + dy * dy, axis=1) if len(around) else np.zeros(0, np.int64)
     rows = np.arange(len(around))
@@ -67,10 +78,10 @@ def on_route(line: Path, s_m: float, around: NearbyObjects) -> RouteObjects:
     dx, dy = dx[rows, nearest], dy[rows, nearest]
     turn = around.yaw - yaws[nearest]
     across, ahead = np.abs(np.sin(turn)), np.abs(np.cos(turn))
-    found = RouteObjects(
+    objects = RouteObjects(
         np.array(around.actor_id, dtype=np.int64),
         around.is_walker,
-        places[nearest] + dx * cos + dy * sin,
+        arc_lengths[nearest] + dx * cos + dy * sin,
         dy * cos - dx * sin,
         ahead * around.half_length + across * around.half_width,
         across * around.half_length + ahead * around.half_width,
@@ -78,4 +89,4 @@ def on_route(line: Path, s_m: float, around: NearbyObjects) -> RouteObjects:
         around.vy * cos - around.vx * sin,
     )
     z = zs[nearest]
-    return found.part(np.asarray((around.top > z - _BELOW_M) & (around.bottom < z + _ABOVE_M)))
+    return objects.part(np.asarray((around.top > z - _BELOW_M) & (around.bottom < z + _ABOVE_M)))

@@ -1,6 +1,6 @@
-"""Lane changes of the route: begun in a gap, postponed without one, early if the lane is busy.
+"""Plans the lane changes of the route: in an accepted gap, postponed without one, early if the lane is busy.
 
-Arc lengths along the route's line in metres; `e` is an offset from the lane that is left, right positive.
+Arc lengths along the route's line are in meters; `e` is an offset from the old lane (m), right positive.
 """
 
 from __future__ import annotations
@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from stucksolver_carla.drivers.behavior.junction_yield import FASTER_MPS
+from stucksolver_carla.drivers.behavior.junction_yield import FLOW_EXCESS_MPS
 from stucksolver_carla.drivers.behavior.lateral_offsets import LateralShift
 from stucksolver_carla.drivers.behavior.path import Array, Path
 from stucksolver_carla.drivers.behavior.route_bodies import RouteObjects
-from stucksolver_carla.drivers.behavior.route_line import LEAST_STEP_M, change_length, rejoining_length, smooth_step
+from stucksolver_carla.drivers.behavior.route_line import MIN_LANE_STEP_M, change_length, rejoining_length, smooth_step
 from stucksolver_carla.drivers.behavior.vehicle_model import VehicleModel
 from stucksolver_carla.drivers.driver_interface import RoutePoint
 
@@ -24,260 +24,285 @@ if TYPE_CHECKING:
     import carla
 
 EARLY_M = 80.0
-"""A change into a busy lane may begin this much earlier than the route says."""
-TIGHT_M = 12.0
-"""The shortest way from lane to lane."""
+"""Maximum distance by which a change into a busy lane starts earlier than on the route (m). Ours."""
+MIN_LENGTH_M = 12.0
+"""Minimum length of a lane change (m). Ours."""
 NEAR_M = 60.0
-"""Vehicles farther away in the lane beside say nothing about its pace."""
-SLIPS_BACK_MPS = 2.0
-"""While looking for a gap the ego drives this much slower than the lane beside."""
+"""Maximum distance of vehicles that determine the adjacent lane's speed (m). Ours."""
+FALL_BACK_MPS = 2.0
+"""Speed below the adjacent lane's at which the ego waits for a gap (m/s). Ours."""
 STEP_S = 0.2
+"""Step of the rollout (s). Ours."""
 HORIZON_S = 6.0
-KEEP_M = 1.5
-"""Distance kept before and behind the others in the lane, besides `KEEP_S` (m)."""
-KEEP_S = 0.15
-"""The same in seconds of their drive."""
-BESIDE_M = 0.3
-FASTER_MPS2 = 2.5
-SLOWER_MPS2 = 1.5
-DRIFTS_MPS = 0.5
-"""By sensors, the speeds of others are off by up to this (m/s): their places drift by as much for `DRIFTS_S`."""
-DRIFTS_S = 2.0
+"""Horizon of the rollout (s). Ours."""
+GAP_M = 1.5
+"""Required gap before and behind vehicles in the lane: the constant part (m). Ours."""
+GAP_S = 0.15
+"""Required gap before and behind vehicles in the lane: the part that grows with their speed (s). Ours."""
+SIDE_CLEARANCE_M = 0.3
+"""Clearance at the ego's sides (m). Ours."""
+ACCELERATION_MPS2 = 2.5
+"""Acceleration of the rollout (m/s²). Ours."""
+DECELERATION_MPS2 = 1.5
+"""Deceleration of the rollout (m/s²). Ours."""
+DRIFT_MPS = 0.5
+"""Maximum error of the vehicles' speeds (m/s): their positions drift with it for `DRIFT_S`. Sensor mode only."""
+DRIFT_S = 2.0
+"""Time for which such a position error grows (s). Ours."""
 _IN_LANE_M = 1.3
+"""Maximum lateral offset of a vehicle in a lane (m). Ours."""
 _LEADER_M = 15.0
-_HELD_S = 1.5
-_LOOKS_S = 1.5
-_PUT_OFF_M = 25.0
-_MOVES_MPS = 0.5
-_SAME_M = 1.0
+"""Distance to a lead vehicle in the old lane that limits the ego (m). Ours."""
+_FOLLOW_S = 1.5
+"""Time for which the lead vehicle in the old lane limits the ego (s). Ours."""
+_PREVIEW_S = 1.5
+"""Time before the start of a change from which the ego waits for a gap (s). Ours."""
+_POSTPONE_M = 25.0
+"""Distance by which a change is postponed (m). Ours."""
+_MOVING_MPS = 0.5
+"""Speed above which a vehicle determines the lane's speed (m/s). Ours."""
+_SAME_START_M = 1.0
+"""Difference to the route's start of a change that needs no shift of the line (m). Ours."""
 
 
 class RouteSituation(Protocol):
-    """The ego in the route's frame, and who is around."""
+    """The ego in the route's frame, and the objects around it."""
 
     @property
     def s_m(self) -> float:
-        """Its arc length on the route's line (m)."""
+        """The ego's arc length on the route's line (m)."""
 
     @property
     def d_m(self) -> float:
-        """Its offset from that line (m, right positive)."""
+        """The ego's offset from that line (m, right positive)."""
 
     @property
     def speed_mps(self) -> float:
-        """Its speed (m/s)."""
+        """The ego's speed (m/s)."""
 
     @property
     def cruise_mps(self) -> float:
-        """Its speed if nothing held it back (m/s)."""
+        """The ego's speed without traffic (m/s)."""
 
     @property
     def bodies(self) -> RouteObjects:
-        """The bodies around."""
+        """The objects around the ego."""
 
     @property
     def model(self) -> VehicleModel:
-        """Its body."""
+        """The ego's box."""
 
 
 @dataclass(frozen=True)
 class LaneChange:
-    """One change of lane that a route asks for."""
+    """One lane change of a route."""
 
     begins_m: float
     length_m: float
     lateral_m: float
-    """From lane to lane, right positive."""
+    """Distance from lane to lane (m), right positive."""
     first_m: float
-    """From here on the new lane runs beside the old one."""
+    """Arc length from which the new lane is next to the old one (m)."""
     last_m: float
-    """Up to here it does."""
+    """Arc length up to which the new lane is next to the old one (m)."""
 
     def line_at(self, s: Array) -> Array:
-        """Offsets of the route's line from the old lane."""
+        """Return the offsets of the route's line from the old lane (m)."""
         return np.asarray(self.lateral_m * smooth_step((s - self.begins_m) / self.length_m))
 
 
 def lane_changes(route: Sequence[RoutePoint], line: Path) -> list[LaneChange]:
-    """The changes of a route, in driving order."""
-    found = []
+    """Return the lane changes of a route, in driving order."""
+    changes = []
     for k in range(1, len(route)):
-        right = route[k].command == "change_right"
-        if not right and route[k].command != "change_left":
+        is_right = route[k].command == "change_right"
+        if not is_right and route[k].command != "change_left":
             continue
-        before, after = route[k - 1].waypoint.transform, route[k].waypoint.transform
-        heading = np.radians(after.rotation.yaw)
-        dx, dy = after.location.x - before.location.x, after.location.y - before.location.y
+        transform_before, transform_after = route[k - 1].waypoint.transform, route[k].waypoint.transform
+        heading = np.radians(transform_after.rotation.yaw)
+        dx, dy = (
+            transform_after.location.x - transform_before.location.x,
+            transform_after.location.y - transform_before.location.y,
+        )
         lateral = float(dy * np.cos(heading) - dx * np.sin(heading))
-        if abs(lateral) <= LEAST_STEP_M:
+        if abs(lateral) <= MIN_LANE_STEP_M:
             continue
-        first, last = k - 1, k
-        while first > 0 and _beside(route[first - 1].waypoint, right):
-            first -= 1
-        while last + 1 < len(route) and _beside(route[last + 1].waypoint, not right):
-            last += 1
-        begins = _place(line, route, k - 1)
-        found.append(
+        first_index, last_index = k - 1, k
+        while first_index > 0 and _has_lane(route[first_index - 1].waypoint, is_right):
+            first_index -= 1
+        while last_index + 1 < len(route) and _has_lane(route[last_index + 1].waypoint, not is_right):
+            last_index += 1
+        begins_m = _arc_length_of(line, route, k - 1)
+        changes.append(
             LaneChange(
-                begins, change_length(route, k), lateral, begins - (k - 1 - first), begins + max(last - k + 1.0, 1.0)
+                begins_m,
+                change_length(route, k),
+                lateral,
+                begins_m - (k - 1 - first_index),
+                begins_m + max(last_index - k + 1.0, 1.0),
             )
         )
-    return found
+    return changes
 
 
-def _beside(waypoint: carla.Waypoint, right: bool) -> bool:
-    """True if there is a lane of the same direction on that side."""
+def _has_lane(waypoint: carla.Waypoint, is_right: bool) -> bool:
+    """Return True if there is a lane of the same direction on that side."""
     if waypoint.is_junction:
         return False
-    lane = waypoint.get_right_lane() if right else waypoint.get_left_lane()
+    lane = waypoint.get_right_lane() if is_right else waypoint.get_left_lane()
     return lane is not None and str(lane.lane_type).endswith("Driving") and lane.lane_id * waypoint.lane_id > 0
 
 
-def _place(line: Path, route: Sequence[RoutePoint], index: int) -> float:
-    place, guess = route[index].waypoint.transform.location, index / max(len(route) - 1, 1) * line.length
-    away = np.hypot(line.x - place.x, line.y - place.y) + 0.05 * np.abs(line.s - guess)
-    return float(line.s[int(np.argmin(away))])
+def _arc_length_of(line: Path, route: Sequence[RoutePoint], index: int) -> float:
+    location, guess = route[index].waypoint.transform.location, index / max(len(route) - 1, 1) * line.length
+    distance_m = np.hypot(line.x - location.x, line.y - location.y) + 0.05 * np.abs(line.s - guess)
+    return float(line.s[int(np.argmin(distance_m))])
 
 
-def _one_after_another(changes: Sequence[LaneChange]) -> list[LaneChange]:
-    """Return them, each only where the route's line is in the lane that it leaves or enters: `LaneChange.line_at` knows
-    of one change only. Otherwise one that begins early would look at the wrong lane, before the line has changed to
-    the lane that it leaves.
+def _separated(changes: Sequence[LaneChange]) -> list[LaneChange]:
+    """Return the changes, each limited to the part of the route whose line is in its old or new lane.
+
+    `LaneChange.line_at` contains one change only. Without the limit, a change that starts early would check the wrong
+    lane, before the line has changed into its old lane.
     """
-    found = []
+    separated = []
     for k, change in enumerate(changes):
-        first, last = change.first_m, change.last_m
+        first_m, last_m = change.first_m, change.last_m
         if k > 0:
-            first = max(first, changes[k - 1].begins_m + changes[k - 1].length_m)
+            first_m = max(first_m, changes[k - 1].begins_m + changes[k - 1].length_m)
         if k + 1 < len(changes):
-            last = min(last, changes[k + 1].begins_m)
-        found.append(replace(change, first_m=min(first, change.begins_m), last_m=last))
-    return found
+            last_m = min(last_m, changes[k + 1].begins_m)
+        separated.append(replace(change, first_m=min(first_m, change.begins_m), last_m=last_m))
+    return separated
 
 
 class LaneChangePlanner:
-    """Decides, for one route, when each change begins."""
+    """Decides, for one route, when each lane change starts."""
 
     def __init__(self, changes: Sequence[LaneChange], doubt_m: float = 0.0) -> None:
-        """`doubt_m`: how far bodies may be from where sensors see them (m). By sensors, the speeds of others are not
-        exact, and the ego takes the pace of another lane only if that is clearly faster.
+        """Create the planner.
+
+        `doubt_m` is the maximum error of the objects' positions (m); 0 for ground truth. In sensor mode, the speeds of
+        other vehicles are not exact, so the ego adopts another lane's speed only if it is clearly faster.
         """
         self._doubt_m = doubt_m
-        self._due = _one_after_another(changes) if doubt_m > 0.0 else list(changes)
+        self._due = _separated(changes) if doubt_m > 0.0 else list(changes)
         self._starts: dict[LaneChange, tuple[float, float]] = {}
-        """Start and length of a change that does not begin as the route says."""
-        self._going = False
+        """Start and length of each change that does not start as on the route (m)."""
+        self._has_started = False
         self.wait_m: float | None = None
-        """Distance from the front bumper to where the ego waits for a gap at the latest (m)."""
+        """Distance from the front bumper to the last place to wait for a gap (m); None if the ego need not wait."""
         self.pace_mps = 0.0
-        """Pace of the lane that is being entered (m/s); 0 if none is."""
-        self.most_mps = math.inf
-        """Speed cap while it looks for a gap: abreast of others at their pace there would never be one."""
-        self.judged: frozenset[int] = frozenset()
-        """Ids of those in that lane against whom the current change was proven."""
+        """Speed of the lane that the ego enters (m/s); 0 without one."""
+        self.max_mps = math.inf
+        """Speed cap while the ego waits for a gap (m/s). At the lane's own speed, a gap would never come."""
+        self.checked_ids: frozenset[int] = frozenset()
+        """Ids of the vehicles in the new lane for which the current change was checked."""
 
     def shifts(self) -> list[LateralShift]:
-        """Distance of the ego's line from the route's."""
-        found = []
+        """Return the shifts of the ego's line from the route's line."""
+        shifts = []
         for change, (start, length) in self._starts.items():
-            own = (change.begins_m, change.begins_m + change.length_m)
+            route_range = (change.begins_m, change.begins_m + change.length_m)
             if start < change.begins_m:
-                found.append(LateralShift(change.lateral_m, start, start + length, *own))
+                shifts.append(LateralShift(change.lateral_m, start, start + length, *route_range))
             else:
-                found.append(LateralShift(-change.lateral_m, *own, start, start + length))
-        return found
+                shifts.append(LateralShift(-change.lateral_m, *route_range, start, start + length))
+        return shifts
 
-    def look(self, here: RouteSituation) -> None:
-        """Take a tick into account."""
-        self.wait_m, self.pace_mps, self.most_mps, self.judged = None, 0.0, math.inf, frozenset()
-        while self._due and here.s_m > self._ends(self._due[0]):
+    def update(self, situation: RouteSituation) -> None:
+        """Update the decisions for one tick."""
+        self.wait_m, self.pace_mps, self.max_mps, self.checked_ids = None, 0.0, math.inf, frozenset()
+        while self._due and situation.s_m > self._end_m(self._due[0]):
             self._due.pop(0)
-            self._going = False
+            self._has_started = False
         if not self._due:
             return
         change = self._due[0]
-        lane = _Lane(here, change, self._doubt_m)
-        if here.s_m < max(change.first_m, change.begins_m - EARLY_M) or lane.is_empty:
+        lane = _TargetLane(situation, change, self._doubt_m)
+        if situation.s_m < max(change.first_m, change.begins_m - EARLY_M) or lane.is_empty:
             return
-        if self._going:
-            self.pace_mps, self.judged = lane.pace_mps, lane.ids
+        if self._has_started:
+            self.pace_mps, self.checked_ids = lane.pace_mps, lane.ids
             return
         start, length = self._starts.get(change, (change.begins_m, change.length_m))
-        last = change.last_m - TIGHT_M - here.model.half_length
-        left = max(last - here.s_m, 0.0)
-        gentle = min(rejoining_length(change.lateral_m, here.speed_mps), max(left, TIGHT_M))
-        if lane.is_clear(gentle):
-            self._going = True
-            if abs(here.s_m - start) >= _SAME_M:
-                self._starts[change] = (here.s_m, gentle)
+        last_start = change.last_m - MIN_LENGTH_M - situation.model.half_length
+        remaining_m = max(last_start - situation.s_m, 0.0)
+        gentle_m = min(rejoining_length(change.lateral_m, situation.speed_mps), max(remaining_m, MIN_LENGTH_M))
+        if lane.is_clear(gentle_m):
+            self._has_started = True
+            if abs(situation.s_m - start) >= _SAME_START_M:
+                self._starts[change] = (situation.s_m, gentle_m)
             return
-        if here.s_m > start - _LOOKS_S * here.speed_mps or start != change.begins_m:
-            self.wait_m = left
-            self.most_mps = max(lane.pace_mps - SLIPS_BACK_MPS, SLIPS_BACK_MPS)
-        if start < last and here.s_m > start - _LOOKS_S * here.speed_mps - 2.0:
-            self._starts[change] = (min(max(start, here.s_m) + _PUT_OFF_M, last), max(length, TIGHT_M))
+        if situation.s_m > start - _PREVIEW_S * situation.speed_mps or start != change.begins_m:
+            self.wait_m = remaining_m
+            self.max_mps = max(lane.pace_mps - FALL_BACK_MPS, FALL_BACK_MPS)
+        if start < last_start and situation.s_m > start - _PREVIEW_S * situation.speed_mps - 2.0:
+            self._starts[change] = (min(max(start, situation.s_m) + _POSTPONE_M, last_start), max(length, MIN_LENGTH_M))
 
-    def _ends(self, change: LaneChange) -> float:
+    def _end_m(self, change: LaneChange) -> float:
         start, length = self._starts.get(change, (change.begins_m, change.length_m))
         return start + length
 
 
-class _Lane:
-    """The lane that will be entered, and the vehicles in it."""
+class _TargetLane:
+    """The lane that the ego will enter, and the vehicles in it."""
 
-    def __init__(self, here: RouteSituation, change: LaneChange, doubt_m: float) -> None:
-        self._here, self._change, self._doubt_m = here, change, doubt_m
-        bodies = here.bodies
+    def __init__(self, situation: RouteSituation, change: LaneChange, doubt_m: float) -> None:
+        self._situation, self._change, self._doubt_m = situation, change, doubt_m
+        bodies = situation.bodies
         self._e = bodies.d + change.line_at(bodies.s)
-        near = np.abs(bodies.s - here.s_m) < NEAR_M
-        inside = near & (np.abs(self._e - change.lateral_m) < _IN_LANE_M + bodies.aside - 0.9)
-        self._others, self._others_e = bodies.part(inside), self._e[inside]
+        is_near = np.abs(bodies.s - situation.s_m) < NEAR_M
+        is_inside = is_near & (np.abs(self._e - change.lateral_m) < _IN_LANE_M + bodies.aside - 0.9)
+        self._vehicles, self._vehicles_e = bodies.part(is_inside), self._e[is_inside]
 
     @property
     def ids(self) -> frozenset[int]:
-        """Ids of the vehicles in it."""
-        return frozenset(self._others.actor_id.tolist())
+        """Ids of the vehicles in the lane."""
+        return frozenset(self._vehicles.actor_id.tolist())
 
     @property
     def is_empty(self) -> bool:
-        return len(self._others) == 0
+        return len(self._vehicles) == 0
 
     @property
     def pace_mps(self) -> float:
-        """The pace at which they drive (m/s)."""
-        moves = self._others.vs > _MOVES_MPS
-        return float(np.median(self._others.vs[moves])) if moves.any() else 0.0
+        """Median speed of the moving vehicles in the lane (m/s); 0 without any."""
+        is_moving = self._vehicles.vs > _MOVING_MPS
+        return float(np.median(self._vehicles.vs[is_moving])) if is_moving.any() else 0.0
 
     def is_clear(self, length_m: float) -> bool:
-        """True if the ego, changing over within `length_m` from now on, comes too near to nobody."""
-        cruise = self._here.cruise_mps
+        """Return True if a lane change over the next `length_m` keeps the required gap to all vehicles."""
+        cruise = self._situation.cruise_mps
         if self._doubt_m > 0.0:
-            return self._meets_nobody(length_m, self.pace_mps if self.pace_mps > cruise + FASTER_MPS else cruise)
+            return self._keeps_gaps(length_m, self.pace_mps if self.pace_mps > cruise + FLOW_EXCESS_MPS else cruise)
         top = max(cruise, self.pace_mps)
-        return any(self._meets_nobody(length_m, pace) for pace in (top, self.pace_mps or top))
+        return any(self._keeps_gaps(length_m, pace) for pace in (top, self.pace_mps or top))
 
-    def _meets_nobody(self, length_m: float, pace: float) -> bool:
-        here, others, model = self._here, self._others, self._here.model
+    def _keeps_gaps(self, length_m: float, pace: float) -> bool:
+        situation, vehicles, model = self._situation, self._vehicles, self._situation.model
         t = np.asarray(STEP_S * np.arange(round(HORIZON_S / STEP_S) + 1), dtype=np.float64)
-        s = here.s_m + self._driven(t, pace)
-        own_e = here.d_m + float(self._change.line_at(np.array([here.s_m]))[0])
-        e = own_e + (self._change.lateral_m - own_e) * smooth_step((s - here.s_m) / length_m)
-        abreast = np.abs(e[:, None] - self._others_e) < model.half_width + others.aside + BESIDE_M
-        keep = model.half_length + others.along + KEEP_M + KEEP_S * np.abs(others.vs)
-        gone = others.vs * t[:, None]
+        s = situation.s_m + self._rollout(t, pace)
+        ego_e = situation.d_m + float(self._change.line_at(np.array([situation.s_m]))[0])
+        e = ego_e + (self._change.lateral_m - ego_e) * smooth_step((s - situation.s_m) / length_m)
+        is_alongside = np.abs(e[:, None] - self._vehicles_e) < model.half_width + vehicles.aside + SIDE_CLEARANCE_M
+        gap_m = model.half_length + vehicles.along + GAP_M + GAP_S * np.abs(vehicles.vs)
+        travel_m = vehicles.vs * t[:, None]
         if self._doubt_m > 0.0:
-            keep = keep + self._doubt_m + DRIFTS_MPS * np.minimum(t, DRIFTS_S)[:, None]
-        near = np.abs(others.s + gone - s[:, None]) < keep
-        return not bool((abreast & near).any())
+            gap_m = gap_m + self._doubt_m + DRIFT_MPS * np.minimum(t, DRIFT_S)[:, None]
+        is_near = np.abs(vehicles.s + travel_m - s[:, None]) < gap_m
+        return not bool((is_alongside & is_near).any())
 
-    def _driven(self, t: Array, pace: float) -> Array:
-        """Return the metres driven: towards the pace, at first held back by a leader in the old lane."""
-        here, bodies = self._here, self._here.bodies
-        v = here.speed_mps + np.clip(pace - here.speed_mps, -SLOWER_MPS2 * t, FASTER_MPS2 * t)
-        leads = (np.abs(self._e) < _IN_LANE_M) & (bodies.s > here.s_m) & (bodies.s < here.s_m + _LEADER_M)
-        if leads.any():
-            slowest = max(float(bodies.vs[leads].min()), 0.0)
-            late = np.maximum(t - _HELD_S, 0.0)
-            held = min(here.speed_mps, slowest) if slowest < here.speed_mps else slowest
-            v = np.minimum(v, held + FASTER_MPS2 * late)
+    def _rollout(self, t: Array, pace: float) -> Array:
+        """Return the travel (m): toward the lane's speed, limited by a lead vehicle in the old lane at first."""
+        situation, bodies = self._situation, self._situation.bodies
+        v = situation.speed_mps + np.clip(pace - situation.speed_mps, -DECELERATION_MPS2 * t, ACCELERATION_MPS2 * t)
+        is_leading = (
+            (np.abs(self._e) < _IN_LANE_M) & (bodies.s > situation.s_m) & (bodies.s < situation.s_m + _LEADER_M)
+        )
+        if is_leading.any():
+            slowest = max(float(bodies.vs[is_leading].min()), 0.0)
+            time_s = np.maximum(t - _FOLLOW_S, 0.0)
+            start_mps = min(situation.speed_mps, slowest) if slowest < situation.speed_mps else slowest
+            v = np.minimum(v, start_mps + ACCELERATION_MPS2 * time_s)
         return np.asarray(np.concatenate([[0.0], np.cumsum((v[1:] + v[:-1]) / 2.0 * STEP_S)]))

@@ -1,4 +1,4 @@
-"""Shortest legal routes on a `carla.Map`, as points a metre apart with the command that applies at each."""
+"""Plans shortest legal routes on a `carla.Map`, as points about one meter apart with a command at each."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from stucksolver_carla.drivers.behavior.graph_search import Edge, NoRouteError, shortest_way
+from stucksolver_carla.drivers.behavior.graph_search import Edge, NoRouteError, shortest_path
 from stucksolver_carla.drivers.behavior.lane_graph import LaneGraph, lane_graph, lane_key
 from stucksolver_carla.drivers.driver_interface import RoutePoint
 
@@ -18,7 +18,9 @@ TURN_THRESHOLD_RAD = math.radians(33.0)
 """Heading change through a junction above which it is a turn (`GlobalRoutePlanner`, CARLA agents, MIT)."""
 
 LANE_FOLLOW = "lane_follow"
+"""The command outside junctions and lane changes."""
 _SAME_PLACE_M = 0.3
+"""Distance below which two successive points have the same position (m). Ours."""
 
 
 class RouteError(Exception):
@@ -26,7 +28,7 @@ class RouteError(Exception):
 
     def __init__(self, start: Any, end: Any, reason: str, remedy: str) -> None:
         self.start, self.end = start, end
-        super().__init__(f"no route from {_place(start)} to {_place(end)}: {reason}; {remedy}")
+        super().__init__(f"no route from {_text_of(start)} to {_text_of(end)}: {reason}; {remedy}")
 
 
 def trace_route(carla_map: carla.Map, start: Any, end: Any) -> list[RoutePoint]:
@@ -35,7 +37,7 @@ def trace_route(carla_map: carla.Map, start: Any, end: Any) -> list[RoutePoint]:
     Lane changes cost 15 m extra, so a route has no needless ones.
 
     Raises:
-        RouteError: There is no route.
+        RouteError: No route exists.
     """
     graph = lane_graph(carla_map)
     first = _locate(carla_map, graph, start, (start, end))
@@ -47,28 +49,28 @@ def trace_route(carla_map: carla.Map, start: Any, end: Any) -> list[RoutePoint]:
         raise RouteError(start, end, "the lanes do not connect", remedy) from error
     points = [graph.samples[i] for i in indices]
     route = [RoutePoint(w, c) for w, c in zip(points, _with_turns(points, commands), strict=True)]
-    # The end of a lane and the start of the next are the same place.
-    kept = [a for a, b in itertools.pairwise(indices) if graph.distance_m(a, b) >= _SAME_PLACE_M]
-    chosen = {*kept, indices[-1]}
-    return [point for i, point in zip(indices, route, strict=True) if i in chosen]
+    # The end of a lane and the start of the next one have the same position.
+    kept_indices = [a for a, b in itertools.pairwise(indices) if graph.distance_m(a, b) >= _SAME_PLACE_M]
+    selected = {*kept_indices, indices[-1]}
+    return [point for i, point in zip(indices, route, strict=True) if i in selected]
 
 
 def _locate(carla_map: carla.Map, graph: LaneGraph, location: carla.Location, ends: tuple[Any, Any]) -> int:
     waypoint = carla_map.get_waypoint(location)
     index = None if waypoint is None else graph.locate(waypoint)
     if index is None:
-        reason = f"no known driving lane near {_place(location)}"
+        reason = f"no driving lane found near {_text_of(location)}"
         raise RouteError(*ends, reason, "give a location on a lane that belongs to the map's topology")
     return index
 
 
 def _search(graph: LaneGraph, first: int, last: int) -> tuple[list[int], list[str]]:
-    """Return sample indices from `first` to `last`, and the command at each, still without turns."""
+    """Return the sample indices from `first` to `last`, and the command at each, without turns."""
     lane_first, lane_last = graph.lane_span(first)
     if first <= last <= lane_last and last >= lane_first:
         return list(range(first, last + 1)), [LANE_FOLLOW] * (last - first + 1)
     source, target = graph.node_at_or_after(first), graph.node_at_or_before(last)
-    nodes = shortest_way(graph.edges, source, target, graph.distance_m)
+    nodes = shortest_path(graph.edges, source, target, graph.distance_m)
     indices, commands = list(range(first, source + 1)), [LANE_FOLLOW] * (source + 1 - first)
     for a, b in itertools.pairwise(nodes):
         stretch, command = _stretch(graph, a, b, graph.edges[a][b])
@@ -79,7 +81,7 @@ def _search(graph: LaneGraph, first: int, last: int) -> tuple[list[int], list[st
 
 
 def _stretch(graph: LaneGraph, a: int, b: int, edge: Edge) -> tuple[range, str]:
-    """The samples after node `a` up to node `b`."""
+    """Return the samples after node `a` up to node `b`, and their command."""
     if edge.change:
         return range(min(edge.abreast + 1, b), b + 1), f"change_{edge.change}"
     same_lane = lane_key(graph.samples[a]) == lane_key(graph.samples[b]) and b > a
@@ -87,8 +89,8 @@ def _stretch(graph: LaneGraph, a: int, b: int, edge: Edge) -> tuple[range, str]:
 
 
 def _with_turns(points: Sequence[Any], commands: list[str]) -> list[str]:
-    """Replace `lane_follow` inside junctions by the turn made there."""
-    told = list(commands)
+    """Return the commands with the turns in place of `lane_follow` inside junctions."""
+    with_turns = list(commands)
     inside = [bool(w.is_junction) for w in points]
     i = 0
     while i < len(points):
@@ -97,9 +99,9 @@ def _with_turns(points: Sequence[Any], commands: list[str]) -> list[str]:
             j += 1
         if j > i:
             turn = _turn(points[max(i - 1, 0)], points[min(j, len(points) - 1)])
-            told[i:j] = [turn if c == LANE_FOLLOW else c for c in told[i:j]]
+            with_turns[i:j] = [turn if c == LANE_FOLLOW else c for c in with_turns[i:j]]
         i = max(j, i + 1)
-    return told
+    return with_turns
 
 
 def _turn(before: Any, after: Any) -> str:
@@ -111,5 +113,5 @@ def _turn(before: Any, after: Any) -> str:
     return "right" if delta > 0.0 else "left"
 
 
-def _place(location: carla.Location) -> str:
+def _text_of(location: carla.Location) -> str:
     return f"({location.x:.1f}, {location.y:.1f})"

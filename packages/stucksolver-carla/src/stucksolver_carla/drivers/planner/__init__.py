@@ -1,6 +1,4 @@
-"""A second base driver: it compares ways past what blocks its lane, each rolled out against predictions of
-everybody.
-"""
+"""Contains the second built-in driver, which compares paths past a blocker in rollouts against predicted traffic."""
 
 from stucksolver_carla.drivers.planner.planner_driver import PlannerDriver
 

@@ -1,4 +1,4 @@
-"""Gives way to an emergency vehicle with its lights on that comes up from behind."""
+"""Yields to an emergency vehicle with its lights on that approaches from behind."""
 
 from __future__ import annotations
 
@@ -12,56 +12,62 @@ from stucksolver_carla.drivers.planner.pass_planner import LONGEST_RETURN_M, Pas
 EMERGENCY_LAMPS = 512 | 1024
 """The blue lights, as bits of `carla.VehicleLightState` (Special1 and Special2)."""
 BEHIND_M = 100.0
+"""Range behind the ego (m). Ours."""
 LANE_M = 2.0
-SLOWER = 0.6
-"""The ego drives at this share of its speed meanwhile."""
-LEAST_MPS = 3.0
-STRETCH_M = 40.0
-"""The way aside is planned this far ahead, and extended while it is needed."""
+"""Maximum lateral offset of a vehicle in the ego's lane (m). Ours."""
+SPEED_SHARE = 0.6
+"""Share of its speed at which the ego drives while it yields. Ours."""
+MIN_MPS = 3.0
+"""Minimum speed of the ego while it yields (m/s). Ours."""
+HOLD_M = 40.0
+"""Length in the adjacent lane for which the yield is planned; it is extended as long as needed (m). Ours."""
 PAST_M = 8.0
-"""The ego returns when the vehicle's rear is this far ahead of its bumper."""
-ROOM_BEHIND_M = 4.0
-ROOM_BEHIND_S = 1.5
-"""Time gap to traffic in the lane to return to, besides `ROOM_BEHIND_M`."""
+"""Distance from the ego's front bumper to the emergency vehicle's rear at which the ego returns (m). Ours."""
+GAP_M = 4.0
+"""Required gap in the lane for the return: the constant part (m). Ours."""
+GAP_S = 1.5
+"""Required gap to traffic from behind for the return: the part that grows with the closing speed (s). Ours."""
 
 
-def approaches_from_behind(here: PassContext) -> list[int]:
-    """Return the ids of vehicles behind the ego in its lane, in its direction, that are no slower."""
-    bodies = here.bodies
-    behind = (bodies.s < here.s_m) & (bodies.s > here.s_m - BEHIND_M) & ~bodies.is_walker
-    same = (np.abs(bodies.d - here.d_m) < LANE_M) & (bodies.vs > 1.0) & (bodies.vs > here.speed_mps - 1.0)
-    found: list[int] = bodies.actor_id[behind & same].tolist()
-    return found
+def approaches_from_behind(context: PassContext) -> list[int]:
+    """Return the ids of vehicles behind the ego in its lane that drive in its direction and are not slower."""
+    bodies = context.bodies
+    is_behind = (bodies.s < context.s_m) & (bodies.s > context.s_m - BEHIND_M) & ~bodies.is_walker
+    is_following = (np.abs(bodies.d - context.d_m) < LANE_M) & (bodies.vs > 1.0) & (bodies.vs > context.speed_mps - 1.0)
+    ids: list[int] = bodies.actor_id[is_behind & is_following].tolist()
+    return ids
 
 
-def aside(here: PassContext, whom: frozenset[int]) -> Iterator[PassCandidate]:
-    """Yield ways into a lane beside of our direction, the right one first."""
-    room = here.sides.room(here.s_m, here.s_m + STRETCH_M)
-    speed = max(SLOWER * here.speed_mps, LEAST_MPS)
-    for width, sign in ((room.right_same, 1.0), (room.left_same, -1.0)):
+def yield_candidates(context: PassContext, emergency_ids: frozenset[int]) -> Iterator[PassCandidate]:
+    """Yield paths into an adjacent lane of the ego's direction, the right one first."""
+    widths = context.sides.narrowest(context.s_m, context.s_m + HOLD_M)
+    speed = max(SPEED_SHARE * context.speed_mps, MIN_MPS)
+    for width, sign in ((widths.right_same, 1.0), (widths.left_same, -1.0)):
         if width > 0.0:
-            offset = sign * (room.half + width / 2.0)
-            beside = here.s_m + rejoining_length(offset, here.speed_mps)
-            returns = beside + STRETCH_M
-            back = returns + LONGEST_RETURN_M
-            yield PassCandidate(offset, here.s_m, beside, returns, back, speed, False, whom, returns)
+            offset = sign * (widths.half + width / 2.0)
+            beside_m = context.s_m + rejoining_length(offset, context.speed_mps)
+            returns_m = beside_m + HOLD_M
+            back_m = returns_m + LONGEST_RETURN_M
+            yield PassCandidate(
+                offset, context.s_m, beside_m, returns_m, back_m, speed, False, emergency_ids, returns_m
+            )
 
 
-def is_past(here: PassContext, whom: frozenset[int]) -> bool:
-    """True if they are out of sight, or far enough ahead of the ego."""
-    bodies = here.bodies
-    theirs = bodies.among(whom)
-    rear = here.s_m + here.model.half_length + PAST_M
-    behind = (bodies.s - bodies.along < rear) & (bodies.s > here.s_m - BEHIND_M)
-    return not bool((theirs & behind).any())
+def is_past(context: PassContext, emergency_ids: frozenset[int]) -> bool:
+    """Return True if the emergency vehicles are far enough ahead of the ego, or no longer detected."""
+    bodies = context.bodies
+    is_emergency = bodies.has_id_in(emergency_ids)
+    rear_limit = context.s_m + context.model.half_length + PAST_M
+    is_behind = (bodies.s - bodies.along < rear_limit) & (bodies.s > context.s_m - BEHIND_M)
+    return not bool((is_emergency & is_behind).any())
 
 
-def may_return(here: PassContext) -> bool:
-    """True if the route's lane is free beside the ego and nobody comes up in it."""
-    bodies, half = here.bodies, here.model.half_length
-    inside = np.abs(bodies.d) - bodies.aside < here.model.half_width + 0.3
-    closing = np.maximum(bodies.vs - here.speed_mps, 0.0)
-    behind = here.s_m - half - (bodies.s + bodies.along)
-    ahead = bodies.s - bodies.along - here.s_m - half
-    near = (behind < ROOM_BEHIND_M + ROOM_BEHIND_S * closing) & (ahead < ROOM_BEHIND_M)
-    return not bool((inside & near).any())
+def may_return(context: PassContext) -> bool:
+    """Return True if the route's lane is free next to the ego, and free of fast rear traffic."""
+    bodies, half = context.bodies, context.model.half_length
+    is_in_lane = np.abs(bodies.d) - bodies.aside < context.model.half_width + 0.3
+    closing = np.maximum(bodies.vs - context.speed_mps, 0.0)
+    is_behind = context.s_m - half - (bodies.s + bodies.along)
+    ahead = bodies.s - bodies.along - context.s_m - half
+    is_near = (is_behind < GAP_M + GAP_S * closing) & (ahead < GAP_M)
+    return not bool((is_in_lane & is_near).any())

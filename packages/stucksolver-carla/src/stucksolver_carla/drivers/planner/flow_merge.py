@@ -1,7 +1,7 @@
-"""Joins a stream at its own pace: a stream that is faster than the known limit is joined at its speed.
+"""Merges into a traffic flow at the flow's speed, also if that is above the reported speed limit.
 
-CARLA reports the limit of the last sign passed. If a whole stream drives faster, a car that keeps to the old limit is
-hit from behind by traffic that does not brake.
+CARLA reports the limit of the last sign passed. If a whole flow drives faster, a car at the old limit is hit from
+behind by traffic that does not brake.
 """
 
 from __future__ import annotations
@@ -25,59 +25,62 @@ from stucksolver_carla.drivers.behavior.path import Path
 from stucksolver_carla.drivers.planner.crossing_cyclists import crossing_riders
 
 BEHIND_M = 2.0
-"""A vehicle whose rear is farther behind our front than our length and this is no leader."""
-_SAME_PLACE_M = 0.1
+"""Distance from the ego's rear to a vehicle's rear, behind it, from which that vehicle is no lead vehicle (m). Ours."""
+_SAME_POSITION_M = 0.1
+"""Difference of arc length below which two stops are the same (m). Ours."""
 
 
 class FlowMergeYield(JunctionYield):
-    """Looks for a gap at the stream's pace; see `JunctionYield`."""
+    """The decisions at junctions with merges at the flow's speed; see `JunctionYield`."""
 
-    shown_m: ClassVar[float] = 4.0
-    waits_with_its_nose_in: ClassVar[bool] = True
+    committed_m: ClassVar[float] = 4.0
+    may_wait_in_path: ClassVar[bool] = True
     flow_mps = 0.0
-    """Pace of the stream that the ego joins at the junction ahead (m/s); 0 without one."""
+    """Speed of the flow that the ego joins at the junction ahead (m/s); 0 without one."""
     _line: Path | None = None
-    judged: frozenset[int] = frozenset()
-    """Ids of those on other ways against whom the drive through the junction was proven at the last look."""
+    checked_ids: frozenset[int] = frozenset()
+    """Ids of the vehicles on conflict paths for which the last decision checked the drive through the junction."""
 
-    def look(self, line: Path, s: float, motion: EgoSpeeds, around: NearbyObjects, dt_s: float) -> YieldDecision:
-        """See `JunctionYield`."""
-        self.flow_mps, self.judged, self._line = 0.0, frozenset(), line
-        found = super().look(line, s, motion, around, dt_s)
-        if found.leader is not None and found.leader.gap_m < -2.0 * self._model.half_length - BEHIND_M:
-            # It came to the junction first, but the ego has joined ahead of it.
-            return found._replace(leader=None)
-        return found
+    def decide(self, line: Path, s: float, motion: EgoSpeeds, around: NearbyObjects, dt_s: float) -> YieldDecision:
+        """Return the decision, as in `JunctionYield`, without lead vehicles that are behind the ego."""
+        self.flow_mps, self.checked_ids, self._line = 0.0, frozenset(), line
+        decision = super().decide(line, s, motion, around, dt_s)
+        if decision.leader is not None and decision.leader.gap_m < -2.0 * self._model.half_length - BEHIND_M:
+            # That vehicle reached the junction first, but the ego has joined ahead of it.
+            return decision._replace(leader=None)
+        return decision
 
-    def _coming(
-        self, meeting: JunctionConflicts, around: NearbyObjects
+    def _conflicting_traffic(
+        self, junction: JunctionConflicts, around: NearbyObjects
     ) -> list[tuple[ConflictPath, ConflictingVehicle]]:
-        """See `JunctionYield`; with those who ride beside the lanes."""
-        riders = [] if self._line is None else crossing_riders(self._line, meeting, around)
-        return super()._coming(meeting, around) + riders
+        """Return the traffic, as in `JunctionYield`, and the cyclists outside the car lanes."""
+        cyclists = [] if self._line is None else crossing_riders(self._line, junction, around)
+        return super()._conflicting_traffic(junction, around) + cyclists
 
-    def _gone(self, meeting: JunctionConflicts, found: PredictedConflict, front: float, speed: float) -> YieldDecision:
-        """See `JunctionYield`; an ego that would meet someone stops before the next way that it has not entered yet."""
-        usual = super()._gone(meeting, found, front, speed)
-        if usual.wait_m is not None or not found.met:
-            return usual
-        limit = min((way.route_meets_s for way in found.met if way.route_meets_s > front), default=front)
-        places = {way.route_meets_s for way in meeting.ways if front < way.route_meets_s <= limit}
-        rooms = [place - front for place in places if self._enters_nothing(meeting, front, place)]
-        room = max((item for item in rooms if can_stop(speed, item, FULL_MPS2)), default=None)
-        return usual if room is None else YieldDecision(room, frozenset())
+    def _committed_decision(
+        self, junction: JunctionConflicts, decision: PredictedConflict, front: float, speed: float
+    ) -> YieldDecision:
+        """Return the decision past the waiting place: with a conflict, stop before the next path not yet entered."""
+        default = super()._committed_decision(junction, decision, front, speed)
+        if default.wait_m is not None or not decision.met:
+            return default
+        limit = min((path.route_meets_s for path in decision.met if path.route_meets_s > front), default=front)
+        stops_s = {path.route_meets_s for path in junction.ways if front < path.route_meets_s <= limit}
+        rooms_m = [stop_s - front for stop_s in stops_s if self._enters_no_path(junction, front, stop_s)]
+        room_m = max((item for item in rooms_m if can_stop(speed, item, FULL_MPS2)), default=None)
+        return default if room_m is None else YieldDecision(room_m, frozenset())
 
-    def _enters_nothing(self, meeting: JunctionConflicts, front: float, place: float) -> bool:
-        """True if it would stop before `place` without standing in a priority way that it is not in already."""
-        new = [way for way in meeting.ways if way.goes_first and way.route_meets_s > front]
-        return not any(way.route_meets_s < place - _SAME_PLACE_M for way in new)
+    def _enters_no_path(self, junction: JunctionConflicts, front: float, stop_s: float) -> bool:
+        """Return True if an ego that stops at `stop_s` is in no priority path that it has not entered already."""
+        paths_ahead = [path for path in junction.ways if path.goes_first and path.route_meets_s > front]
+        return not any(path.route_meets_s < stop_s - _SAME_POSITION_M for path in paths_ahead)
 
     def _lag_s(self) -> float:
-        """None for an ego that has set off: otherwise it would seem too late at every look, and stop again."""
-        return 0.0 if self.going else super()._lag_s()
+        """Return the delay of the start (s). After the start it is 0; otherwise the ego would seem late and stop."""
+        return 0.0 if self.has_started else super()._lag_s()
 
-    def _top_mps(self, motion: EgoSpeeds, coming: Sequence[tuple[ConflictPath, ConflictingVehicle]]) -> float:
-        pace = flow_speed_mps(coming)
-        self.judged = frozenset(item.actor_id for _, item in coming)
-        self.flow_mps = min(pace, FASTEST_MPS) if math.isfinite(pace) else 0.0
+    def _top_mps(self, motion: EgoSpeeds, traffic: Sequence[tuple[ConflictPath, ConflictingVehicle]]) -> float:
+        flow_mps = flow_speed_mps(traffic)
+        self.checked_ids = frozenset(item.actor_id for _, item in traffic)
+        self.flow_mps = min(flow_mps, FASTEST_MPS) if math.isfinite(flow_mps) else 0.0
         return self.flow_mps or motion.top_mps

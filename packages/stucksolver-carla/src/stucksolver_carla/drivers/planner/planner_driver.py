@@ -1,7 +1,7 @@
-"""A base driver that goes round what blocks its lane if nobody would come too near.
+"""Implements a driver that passes a blocker in its lane when the pass keeps the required gaps.
 
-It is the BehaviorAgent-like driver with a planner on top. What makes that one brake (lights, signs, bodies in the path,
-others at junctions) makes this one brake as well, on any line.
+It is the BehaviorAgent-like driver with a planner on top. It brakes for the same reasons on every line: lights, signs,
+objects in the path, traffic at junctions.
 """
 
 from __future__ import annotations
@@ -17,58 +17,68 @@ import numpy as np
 from stucksolver_carla.drivers.behavior import BehaviorDriver, DrivePoint, DriverOptions, RoutePoint
 from stucksolver_carla.drivers.behavior.acceleration_limits import EgoMotion
 from stucksolver_carla.drivers.behavior.conflict_paths import JunctionConflicts
-from stucksolver_carla.drivers.behavior.flow_speed import HURRIED, FlowAccelerationLimits, rear_flow_speed_mps
+from stucksolver_carla.drivers.behavior.flow_speed import FLOW_MERGE, FlowAccelerationLimits, rear_flow_speed_mps
 from stucksolver_carla.drivers.behavior.junction_yield import FASTEST_MPS, JunctionYield
 from stucksolver_carla.drivers.behavior.lateral_offsets import LateralShift, offset_of, shifted_path
 from stucksolver_carla.drivers.behavior.nearby_objects import HAZARD_LAMPS, NearbyObjects
 from stucksolver_carla.drivers.behavior.path import Path
-from stucksolver_carla.drivers.behavior.predictive_braking import TurnRates, allowed_acceleration, entering
-from stucksolver_carla.drivers.behavior.pull_out import BESIDE_M as ROADSIDE_M
-from stucksolver_carla.drivers.behavior.route_bodies import AHEAD_M, on_route
-from stucksolver_carla.drivers.behavior.route_lane_changes import SLOWER_MPS2, LaneChangePlanner, lane_changes
+from stucksolver_carla.drivers.behavior.predictive_braking import TurnRates, allowed_acceleration, vehicles_pulling_out
+from stucksolver_carla.drivers.behavior.pull_out import ROADSIDE_M as ROADSIDE_M
+from stucksolver_carla.drivers.behavior.route_bodies import AHEAD_M, objects_on_route
+from stucksolver_carla.drivers.behavior.route_lane_changes import DECELERATION_MPS2, LaneChangePlanner, lane_changes
 from stucksolver_carla.drivers.behavior.route_line import rejoining_length
 from stucksolver_carla.drivers.behavior.swept_path import nearest_hazards, sweep
-from stucksolver_carla.drivers.planner.adjacent_lane_widths import AdjacentLaneWidths, sides_of
-from stucksolver_carla.drivers.planner.blockers import SLOW_SHARE, STANDS_MPS, TOUCHES_M, Blockers
-from stucksolver_carla.drivers.planner.door_clearance import Berths
+from stucksolver_carla.drivers.planner.adjacent_lane_widths import AdjacentLaneWidths, lane_widths_along
+from stucksolver_carla.drivers.planner.blockers import CONTACT_M, SLOW_SHARE, STOPPED_MPS, Blockers
+from stucksolver_carla.drivers.planner.door_clearance import DoorClearance
 from stucksolver_carla.drivers.planner.emergency_yield import (
     EMERGENCY_LAMPS,
-    STRETCH_M,
+    HOLD_M,
     approaches_from_behind,
-    aside,
     is_past,
     may_return,
+    yield_candidates,
 )
 from stucksolver_carla.drivers.planner.flow_merge import FlowMergeYield
 from stucksolver_carla.drivers.planner.pass_planner import (
-    ROOM_AFTER_M,
+    GAP_AFTER_M,
     PassCandidate,
     PassContext,
     cost_s,
-    group_of,
     is_clear,
+    objects_to_pass,
+    pass_candidates,
     pass_path,
-    proposals,
 )
-from stucksolver_carla.drivers.planner.square_turns import stream_ways, with_square_turn
+from stucksolver_carla.drivers.planner.square_turns import oncoming_paths, with_square_turn
 from stucksolver_carla.drivers.planner.unprotected_turn import UnprotectedTurnYield
 
-SQUARES_AFTER_S = 8.0
-"""After this wait for an oncoming stream a left turn is driven squarely (s): a gap for the usual arc may never come."""
-PRESSES_AFTER_S = 25.0
-"""After this wait a stream is joined in the shortest proven gap (s): the usual one shrinks for 20 s."""
-WAITS_M = 8.0
-"""Where it waits behind what it wants to pass: nearer, it could not swing out any more."""
-LAMPS_EVERY_S = 1.0
+SQUARE_TURN_S = 8.0
+"""Wait for an oncoming flow after which a left turn is driven squarely (s). A gap for the usual arc may never come.
+Ours."""
+SHORTEST_GAP_S = 25.0
+"""Wait after which the ego joins a flow in the shortest accepted gap (s). The usual gap shrinks for 20 s. Ours."""
+WAIT_GAP_M = 8.0
+"""Gap at which the ego waits behind a blocker (m). From a shorter gap it could not leave the lane. Ours."""
+LAMPS_PERIOD_S = 1.0
+"""Time between two requests of kinds and lamps (s). Ours."""
 SWEPT_M = 25.0
+"""Length of the swept path that is checked before a pass (m). Ours."""
 _SWEEP_MARGIN_M = 0.25
+"""Clearance at the ego's sides in that check (m). Ours."""
 _REACH_M = 1.8
+"""Travel over which the ego's offset from the path fades (m); see `SteerController.MIN_REACH_M`."""
 _ON_LINE_M = 0.3
-_ON_WAY_M = 0.4
-"""An ego farther from its intended place, such as on its way out of a parking place, takes no other way."""
-_LATER_M = 1.0
-_COMES_MPS = -1.0
-_ONCE_BEGUN = 0.4
+"""Offset from the route's line below which the ego is on it (m). Ours."""
+_ON_INTENDED_M = 0.4
+"""Maximum distance from the intended line at which the ego may choose another one (m). It is larger, for example, while
+the ego pulls out of a parking place. Ours."""
+_START_TOLERANCE_M = 1.0
+"""Distance to the start of a pass at which the pass is decided (m). Ours."""
+_ONCOMING_MPS = -1.0
+"""Speed along the route below which an object is oncoming (m/s). Ours."""
+_STARTED_SHARE = 0.4
+"""Share of the required gaps that holds after the start of a pass. Ours."""
 
 
 class PlannerDriver(BehaviorDriver):
@@ -76,8 +86,8 @@ class PlannerDriver(BehaviorDriver):
 
     sees_m: ClassVar[float] = AHEAD_M
     upstream_m: ClassVar[float] = 180.0
-    _stream_s: float | None = None
-    """Waiting place before the stream that it crosses or joins in the shortest proven gap, on the route's line (m)."""
+    _flow_wait_s: float | None = None
+    """Arc length of the waiting place before the flow that is crossed or joined in the shortest gap (m)."""
 
     def __init__(
         self,
@@ -87,295 +97,305 @@ class PlannerDriver(BehaviorDriver):
         carla_map: carla.Map | None = None,
     ) -> None:
         super().__init__(vehicle, behavior, options, carla_map)
-        self._concerns = self._streams = FlowAccelerationLimits(
+        self._limits = self._merge_limits = FlowAccelerationLimits(
             self._profile, self._options, self._model, self._planner
         )
         self._sides: AdjacentLaneWidths | None = None
-        self._berths, self._changes = Berths(), LaneChangePlanner([])
+        self._door_clearance, self._route_changes = DoorClearance(), LaneChangePlanner([])
         self._shifts: list[LateralShift] = []
-        """Where the driven line lies beside the route's, while nothing is passed."""
-        self._yields_to: frozenset[int] = frozenset()
+        """Shifts of the driven line from the route's line while the ego passes no blocker."""
+        self._emergency_ids: frozenset[int] = frozenset()
         self._blockers = Blockers()
-        self._turning = TurnRates()
+        self._turn_rates = TurnRates()
         self._pass: PassCandidate | None = None
         self._wait_m: float | None = None
         self._hazard_lamps: frozenset[int] = frozenset()
-        self._emergency: frozenset[int] = frozenset()
-        """Ids of vehicles with blue lights on."""
-        self._lamps_at_s = -math.inf
+        self._emergency_lamps: frozenset[int] = frozenset()
+        """Ids of vehicles with their emergency lights on."""
+        self._lamps_read_s = -math.inf
         self._kinds: dict[int, str] = {}
 
     @property
     def passing(self) -> PassCandidate | None:
-        """What it is passing, if anything."""
+        """The present pass; None without one."""
         return self._pass
 
     def set_route(self, route: Sequence[RoutePoint]) -> None:
-        """Drive a route planned elsewhere.
+        """Drive a route.
 
         Raises:
             ValueError: The route is empty.
         """
-        self._stream_s = None
+        self._flow_wait_s = None
         super().set_route(route)
-        self._give_up_way()
+        self._drop_pass()
         line = self._planner.route_line
         if line is not None:
-            self._sides = sides_of(self._route, line)
-            self._changes = LaneChangePlanner(lane_changes(self._route, line))
+            self._sides = lane_widths_along(self._route, line)
+            self._route_changes = LaneChangePlanner(lane_changes(self._route, line))
 
     def follow(self, path: Sequence[DrivePoint], reverse: bool = False, ignore: Collection[int] = frozenset()) -> None:
-        """Drive `path`, no further than its end; back up along it with `reverse`.
+        """Drive `path` up to its end, backward with `reverse`.
 
         Raises:
-            ValueError: The path cannot be driven.
+            ValueError: The path has too few points, or invalid ones.
         """
-        self._give_up_way()
+        self._drop_pass()
         super().follow(path, reverse, ignore)
 
     def release(self) -> None:
-        """Drive the route again, from the nearest point of it ahead."""
-        self._give_up_way()
+        """Drive the route again, from its nearest point ahead."""
+        self._drop_pass()
         super().release()
 
-    def _give_up_way(self) -> None:
-        self._pass, self._shifts, self._yields_to = None, [], frozenset()
+    def _drop_pass(self) -> None:
+        self._pass, self._shifts, self._emergency_ids = None, [], frozenset()
 
-    def _giving_way(self, met: Sequence[JunctionConflicts]) -> JunctionYield:
+    def _make_yield(self, conflicts: Sequence[JunctionConflicts]) -> JunctionYield:
         line = self._planner.route_line
-        if self._stream_s is not None and line is not None:
-            return UnprotectedTurnYield(met, self._profile, self._model, line, self._stream_s)
-        return FlowMergeYield(met, self._profile, self._model, HURRIED)
+        if self._flow_wait_s is not None and line is not None:
+            return UnprotectedTurnYield(conflicts, self._profile, self._model, line, self._flow_wait_s)
+        return FlowMergeYield(conflicts, self._profile, self._model, FLOW_MERGE)
 
-    def _presses_on(self, line: Path, sides: AdjacentLaneWidths, motion: EgoMotion) -> bool:
-        """True if it drives another line from now on because it has waited long enough for the stream ahead."""
-        meeting, waited_s = self._give_way.waits_at
-        if meeting is None or waited_s < SQUARES_AFTER_S or meeting.wait_s == self._stream_s:
+    def _switch_line_for_flow(self, line: Path, sides: AdjacentLaneWidths, motion: EgoMotion) -> bool:
+        """Return True if the ego changes to another line, because it has waited long enough for the flow ahead."""
+        junction, waited_s = self._yield.waits_at
+        if junction is None or waited_s < SQUARE_TURN_S or junction.wait_s == self._flow_wait_s:
             return False
-        if self._planner.route_s + self._model.half_length > meeting.wait_s:
-            return False  # in the junction it would no longer be on the other line
-        if stream_ways(line, meeting):
-            return self._square_the_turn(line, meeting, sides, motion)
-        if waited_s > PRESSES_AFTER_S:
-            self._stream_s = meeting.wait_s
-            self._watch_line()
+        if self._planner.route_s + self._model.half_length > junction.wait_s:
+            return False  # inside the junction the ego would not be on the other line
+        if oncoming_paths(line, junction):
+            return self._switch_to_square_turn(line, junction, sides, motion)
+        if waited_s > SHORTEST_GAP_S:
+            self._flow_wait_s = junction.wait_s
+            self._read_line()
         return False
 
-    def _square_the_turn(
-        self, line: Path, meeting: JunctionConflicts, sides: AdjacentLaneWidths, motion: EgoMotion
+    def _switch_to_square_turn(
+        self, line: Path, junction: JunctionConflicts, sides: AdjacentLaneWidths, motion: EgoMotion
     ) -> bool:
-        """True if the left turn at a junction can be driven squarely, and is from now on."""
-        self._stream_s = meeting.wait_s
-        turn = with_square_turn(line, meeting, self._model.half_width, self._is_drivable)
+        """Change to a square left turn at a junction. Return False if that is not possible."""
+        self._flow_wait_s = junction.wait_s
+        turn = with_square_turn(line, junction, self._model.half_width, self._is_drivable)
         if turn is None:
             return False
-        self._give_up_way()
+        self._drop_pass()
         self._planner.set_line(turn.line, motion.pose, motion.speed)
-        self._watch_line()
-        self._sides = AdjacentLaneWidths(turn.moved(sides.s), sides.widths)
-        self._changes = LaneChangePlanner(lane_changes(self._route, turn.line))
+        self._read_line()
+        self._sides = AdjacentLaneWidths(turn.arc_lengths_on_new(sides.s), sides.widths)
+        self._route_changes = LaneChangePlanner(lane_changes(self._route, turn.line))
         return True
 
     def _is_drivable(self, x: float, y: float, z: float) -> bool:
         return self._map.get_waypoint(carla.Location(x, y, z), project_to_road=False) is not None
 
     @property
-    def _at_the_roadside(self) -> bool:
-        """True if it is beside its lane without having intended that."""
-        if self._pass is not None or not super()._at_the_roadside:
+    def _is_at_roadside(self) -> bool:
+        """True if the ego is next to its lane without a pass or a shift there."""
+        if self._pass is not None or not super()._is_at_roadside:
             return False
-        return abs(self._planner.beside_m - self._meant_m()) > ROADSIDE_M
+        return abs(self._planner.beside_m - self._intended_offset_m()) > ROADSIDE_M
 
-    def _meant_m(self) -> float:
-        """Intended offset from the route's line (m)."""
+    def _intended_offset_m(self) -> float:
+        """Return the intended offset from the route's line (m)."""
         return float(offset_of(self._shifts, np.array([self._planner.route_s]))[0])
 
-    def _decide(self, motion: EgoMotion, around: NearbyObjects) -> None:
+    def _choose_line(self, motion: EgoMotion, around: NearbyObjects) -> None:
         planner, line = self._planner, self._planner.route_line
-        self._wait_m, self._streams.flow_mps, self._out_of_the_way = None, 0.0, frozenset()
+        self._wait_m, self._merge_limits.flow_mps, self._cleared_ids = None, 0.0, frozenset()
         if line is None or self._sides is None or planner.following or self._holding or planner.arrived:
             return
-        if self._presses_on(line, self._sides, motion):
+        if self._switch_line_for_flow(line, self._sides, motion):
             return
         now_s = self._world.get_snapshot().timestamp.elapsed_seconds
-        here = self._situation(line, motion, around, self._sides)
-        self._blockers.see(here.bodies, now_s)
-        self._learn(here, now_s)
-        if self._yields_to:
-            self._let_past(line, here, motion)
+        context = self._context(line, motion, around, self._sides)
+        self._blockers.observe(context.bodies, now_s)
+        self._read_kinds_and_lamps(context, now_s)
+        if self._emergency_ids:
+            self._continue_emergency_yield(line, context, motion)
         elif self._pass is not None:
-            self._go_on(line, here, motion)
-            self._heed_no_oncoming(here)
-        elif not self._makes_room(line, here, motion):
-            self._look_for_a_way(line, here, motion, around, now_s)
-            if self._pass is None and abs(here.d_m - self._meant_m()) < _ON_WAY_M:
-                self._keep_its_place(line, here, motion)
-        self._keep_pace(here)
+            self._continue_pass(line, context, motion)
+            self._clear_oncoming(context)
+        elif not self._start_emergency_yield(line, context, motion):
+            self._start_pass(line, context, motion, around, now_s)
+            if self._pass is None and abs(context.d_m - self._intended_offset_m()) < _ON_INTENDED_M:
+                self._shift_in_lane(line, context, motion)
+        self._follow_flow(context)
 
-    def _heed_no_oncoming(self, here: PassContext) -> None:
-        """While its pass is proven: they will be past before it swings out, so where they are now is no obstacle."""
-        if self._pass is not None and is_clear(here, self._pass, _ONCE_BEGUN):
-            self._out_of_the_way = frozenset(here.bodies.actor_id[here.bodies.vs < _COMES_MPS].tolist())
+    def _clear_oncoming(self, context: PassContext) -> None:
+        """Ignore oncoming traffic while the pass is clear, because it will be gone when the ego leaves its lane."""
+        if self._pass is not None and is_clear(context, self._pass, _STARTED_SHARE):
+            self._cleared_ids = frozenset(context.bodies.actor_id[context.bodies.vs < _ONCOMING_MPS].tolist())
 
-    def _keep_its_place(self, line: Path, here: PassContext, motion: EgoMotion) -> None:
-        """Where across the road the ego drives along its route: room beside doors, and lanes entered in gaps."""
-        self._changes.look(here)
-        wanted = self._berths.look(here.bodies, here.s_m, here.speed_mps, here.sides, here.model)
-        wanted += self._changes.shifts()
-        if wanted == self._shifts:
+    def _shift_in_lane(self, line: Path, context: PassContext, motion: EgoMotion) -> None:
+        """Shift the line along the route: clearance to doors, and lane changes in accepted gaps."""
+        self._route_changes.update(context)
+        shifts = self._door_clearance.update(
+            context.bodies, context.s_m, context.speed_mps, context.sides, context.model
+        )
+        shifts += self._route_changes.shifts()
+        if shifts == self._shifts:
             return
-        self._shifts = wanted
-        join = rejoining_length(0.5, here.speed_mps)
+        self._shifts = shifts
+        join_m = rejoining_length(0.5, context.speed_mps)
         profile = self._profile
-        path = shifted_path(line, here.s_m, here.d_m, wanted, join, profile.lateral_accel, profile.deceleration)
+        path = shifted_path(line, context.s_m, context.d_m, shifts, join_m, profile.lateral_accel, profile.deceleration)
         self._planner.take(path, motion.pose)
 
-    def _keep_pace(self, here: PassContext) -> None:
-        """Drive no slower than the stream that the ego joins, or than traffic from behind."""
-        stream = self._give_way.flow_mps if isinstance(self._give_way, FlowMergeYield) and self._give_way.going else 0.0
-        behind = rear_flow_speed_mps(here.bodies, here.s_m, here.d_m, here.speed_mps, here.model.half_length)
-        self._streams.flow_mps = min(max(stream, behind, self._changes.pace_mps), FASTEST_MPS)
+    def _follow_flow(self, context: PassContext) -> None:
+        """Set the flow speed from the flow that the ego joins and from the rear traffic."""
+        flow_mps = self._yield.flow_mps if isinstance(self._yield, FlowMergeYield) and self._yield.has_started else 0.0
+        rear_mps = rear_flow_speed_mps(
+            context.bodies, context.s_m, context.d_m, context.speed_mps, context.model.half_length
+        )
+        self._merge_limits.flow_mps = min(max(flow_mps, rear_mps, self._route_changes.pace_mps), FASTEST_MPS)
 
-    def _makes_room(self, line: Path, here: PassContext, motion: EgoMotion) -> bool:
-        """True if the ego moves aside for an emergency vehicle behind it from now on."""
-        whom = frozenset(approaches_from_behind(here)) & self._emergency
-        if not whom:
+    def _start_emergency_yield(self, line: Path, context: PassContext, motion: EgoMotion) -> bool:
+        """Move into an adjacent lane for an emergency vehicle behind the ego. Return False without such a move."""
+        emergency_ids = frozenset(approaches_from_behind(context)) & self._emergency_lamps
+        if not emergency_ids:
             return False
-        for way in aside(here, whom):
-            if is_clear(here, way, _ONCE_BEGUN):
-                self._pass, self._yields_to, self._shifts = way, whom, []
-                self._planner.take(self._path(line, here, way), motion.pose)
+        for candidate in yield_candidates(context, emergency_ids):
+            if is_clear(context, candidate, _STARTED_SHARE):
+                self._pass, self._emergency_ids, self._shifts = candidate, emergency_ids, []
+                self._planner.take(self._path(line, context, candidate), motion.pose)
                 return True
         return False
 
-    def _let_past(self, line: Path, here: PassContext, motion: EgoMotion) -> None:
-        """Stay aside until it has passed and the lane is free again, or until the lane beside ends."""
-        way = self._pass
-        assert way is not None
-        if here.s_m > way.back_m and abs(here.d_m) < _ON_LINE_M:
-            self._give_up_way()
+    def _continue_emergency_yield(self, line: Path, context: PassContext, motion: EgoMotion) -> None:
+        """Stay in the adjacent lane until the emergency vehicle has passed and the ego's lane is free."""
+        candidate = self._pass
+        assert candidate is not None
+        if context.s_m > candidate.back_m and abs(context.d_m) < _ON_LINE_M:
+            self._drop_pass()
             self._planner.release(motion.pose, motion.speed)
             return
-        if here.s_m > way.returns_m:
+        if context.s_m > candidate.returns_m:
             return
-        if here.s_m > way.beside_m and is_past(here, self._yields_to) and may_return(here):
-            back = here.s_m + rejoining_length(way.offset_m, here.speed_mps)
-            self._pass = replace(way, returns_m=here.s_m, back_m=back)
-            self._planner.take(self._path(line, here, self._pass), motion.pose)
-        elif here.s_m > way.returns_m - STRETCH_M / 2.0:
-            self._pass = replace(way, returns_m=way.returns_m + STRETCH_M, back_m=way.back_m + STRETCH_M)
-            self._planner.take(self._path(line, here, self._pass), motion.pose)
+        if context.s_m > candidate.beside_m and is_past(context, self._emergency_ids) and may_return(context):
+            back_m = context.s_m + rejoining_length(candidate.offset_m, context.speed_mps)
+            self._pass = replace(candidate, returns_m=context.s_m, back_m=back_m)
+            self._planner.take(self._path(line, context, self._pass), motion.pose)
+        elif context.s_m > candidate.returns_m - HOLD_M / 2.0:
+            self._pass = replace(candidate, returns_m=candidate.returns_m + HOLD_M, back_m=candidate.back_m + HOLD_M)
+            self._planner.take(self._path(line, context, self._pass), motion.pose)
 
-    def _situation(
-        self, line: Path, motion: EgoMotion, around: NearbyObjects, sides: AdjacentLaneWidths
-    ) -> PassContext:
+    def _context(self, line: Path, motion: EgoMotion, around: NearbyObjects, sides: AdjacentLaneWidths) -> PassContext:
         planner = self._planner
-        bodies = on_route(line, planner.route_s, around)
-        cruise = self._concerns.top_speed(self._vehicle.get_speed_limit())
+        bodies = objects_on_route(line, planner.route_s, around)
+        cruise = self._limits.top_speed(self._vehicle.get_speed_limit())
         speed = max(motion.speed, 0.0)
         return PassContext(planner.route_s, planner.beside_m, speed, cruise, bodies, sides, self._model)
 
-    def _look_for_a_way(
-        self, line: Path, here: PassContext, motion: EgoMotion, around: NearbyObjects, now_s: float
+    def _start_pass(
+        self, line: Path, context: PassContext, motion: EgoMotion, around: NearbyObjects, now_s: float
     ) -> None:
-        first = self._blockers.first(here, now_s, self._lights.next_line(here.s_m), self._hazard_lamps)
-        if first is None:
+        first_blocker = self._blockers.first_blocker(
+            context, now_s, self._lights.next_line(context.s_m), self._hazard_lamps
+        )
+        if first_blocker is None:
             return
-        lane_m = max(here.sides.room(here.s_m, here.s_m + 1.0).half - 0.05, here.model.half_width + TOUCHES_M)
-        group = group_of(here, first, lane_m)
-        ways = sorted(proposals(here, group), key=lambda way: cost_s(here, way))
-        if not ways:
+        lane_m = max(
+            context.sides.narrowest(context.s_m, context.s_m + 1.0).half - 0.05, context.model.half_width + CONTACT_M
+        )
+        group = objects_to_pass(context, first_blocker, lane_m)
+        candidates = sorted(pass_candidates(context, group), key=lambda candidate: cost_s(context, candidate))
+        if not candidates:
             return
-        gap = float((here.bodies.s - here.bodies.along)[group].min()) - here.s_m - here.model.half_length
-        self._wait_m = gap
-        for way in ways:
-            if way.begins_m > here.s_m + _LATER_M:
-                # Not yet: it is the same question when the place is reached.
+        gap_m = float((context.bodies.s - context.bodies.along)[group].min()) - context.s_m - context.model.half_length
+        self._wait_m = gap_m
+        for candidate in candidates:
+            if candidate.begins_m > context.s_m + _START_TOLERANCE_M:
+                # The pass is decided later, when the ego reaches its start.
                 continue
-            if is_clear(here, way):
-                path = self._path(line, here, way)
-                if self._meets_nothing(path, motion, around):
-                    self._pass, self._shifts = way, []
+            if is_clear(context, candidate):
+                path = self._path(line, context, candidate)
+                if self._is_swept_path_clear(path, motion, around):
+                    self._pass, self._shifts = candidate, []
                     self._planner.take(path, motion.pose)
                     self._wait_m = None
                     return
 
-    def _go_on(self, line: Path, here: PassContext, motion: EgoMotion) -> None:
-        way = self._pass
-        assert way is not None
-        if here.s_m > way.back_m and abs(here.d_m) < _ON_LINE_M:
+    def _continue_pass(self, line: Path, context: PassContext, motion: EgoMotion) -> None:
+        candidate = self._pass
+        assert candidate is not None
+        if context.s_m > candidate.back_m and abs(context.d_m) < _ON_LINE_M:
             self._pass = None
             self._planner.release(motion.pose, motion.speed)
             return
-        if here.s_m > way.returns_m:
+        if context.s_m > candidate.returns_m:
             return
-        bodies, half = here.bodies, here.model.half_length
-        passed = bodies.among(way.around)
-        follows = np.abs(bodies.d) - bodies.aside < here.model.half_width + TOUCHES_M
-        follows &= bodies.vs < here.cruise_mps * SLOW_SHARE
-        follows &= (bodies.s > here.s_m) & (bodies.s - bodies.along < way.returns_m + ROOM_AFTER_M + half)
-        members = passed | (follows & (np.abs(bodies.vs) < 4.0))
-        if not members.any():
+        bodies, half = context.bodies, context.model.half_length
+        is_passed = bodies.has_id_in(candidate.around)
+        is_following = np.abs(bodies.d) - bodies.aside < context.model.half_width + CONTACT_M
+        is_following &= bodies.vs < context.cruise_mps * SLOW_SHARE
+        is_following &= (bodies.s > context.s_m) & (bodies.s - bodies.along < candidate.returns_m + GAP_AFTER_M + half)
+        is_member = is_passed | (is_following & (np.abs(bodies.vs) < 4.0))
+        if not is_member.any():
             return
-        start = float((bodies.s - bodies.along)[members].min())
-        if here.s_m + half < start - 1.0 and not is_clear(here, way, _ONCE_BEGUN):
+        start = float((bodies.s - bodies.along)[is_member].min())
+        if context.s_m + half < start - 1.0 and not is_clear(context, candidate, _STARTED_SHARE):
             self._pass = None
             self._planner.release(motion.pose, motion.speed)
             return
-        end, pace = float((bodies.s + bodies.along)[members].max()), max(float(bodies.vs[members].max()), 0.0)
-        left = max(end + ROOM_AFTER_M + half - here.s_m, 0.0)
-        meets = here.s_m + left * max(way.speed_mps, 1.0) / max(way.speed_mps - pace, 1.0)
-        if meets > way.returns_m + _LATER_M and here.s_m >= way.beside_m:
-            ids = way.around | frozenset(bodies.actor_id[members].tolist())
-            back = meets + way.back_m - way.returns_m
-            self._pass = replace(way, returns_m=meets, back_m=back, around=ids, ends_m=end)
-            self._planner.take(self._path(line, here, self._pass), motion.pose)
+        end, pace = float((bodies.s + bodies.along)[is_member].max()), max(float(bodies.vs[is_member].max()), 0.0)
+        remaining_m = max(end + GAP_AFTER_M + half - context.s_m, 0.0)
+        returns_m = context.s_m + remaining_m * max(candidate.speed_mps, 1.0) / max(candidate.speed_mps - pace, 1.0)
+        if returns_m > candidate.returns_m + _START_TOLERANCE_M and context.s_m >= candidate.beside_m:
+            ids = candidate.around | frozenset(bodies.actor_id[is_member].tolist())
+            back_m = returns_m + candidate.back_m - candidate.returns_m
+            self._pass = replace(candidate, returns_m=returns_m, back_m=back_m, around=ids, ends_m=end)
+            self._planner.take(self._path(line, context, self._pass), motion.pose)
 
-    def _path(self, line: Path, here: PassContext, way: PassCandidate) -> Path:
-        return pass_path(line, here, way, self._profile.lateral_accel, self._profile.deceleration)
+    def _path(self, line: Path, context: PassContext, candidate: PassCandidate) -> Path:
+        return pass_path(line, context, candidate, self._profile.lateral_accel, self._profile.deceleration)
 
-    def _meets_nothing(self, path: Path, motion: EgoMotion, around: NearbyObjects) -> bool:
-        """True if the body, swept along the way out, stays clear of all standing bodies."""
-        standing = around.part(np.hypot(around.vx, around.vy) < 0.3)
+    def _is_swept_path_clear(self, path: Path, motion: EgoMotion, around: NearbyObjects) -> bool:
+        """Return True if the swept path contains no stopped object."""
+        stopped = around.part(np.hypot(around.vx, around.vy) < 0.3)
         where = path.project(motion.pose)
         swept = sweep(path, where, motion.pose, self._model, _REACH_M, SWEPT_M)
-        return not nearest_hazards(swept, standing, self._model, _SWEEP_MARGIN_M, _SWEEP_MARGIN_M)
+        return not nearest_hazards(swept, stopped, self._model, _SWEEP_MARGIN_M, _SWEEP_MARGIN_M)
 
-    def _learn(self, here: PassContext, now_s: float) -> None:
-        """Find out which bodies are objects and which vehicles have hazard or blue lights on; once a second."""
-        if now_s < self._lamps_at_s + LAMPS_EVERY_S:
+    def _read_kinds_and_lamps(self, context: PassContext, now_s: float) -> None:
+        """Read the kinds of new objects, and the vehicles with hazard or emergency lights, once per second."""
+        if now_s < self._lamps_read_s + LAMPS_PERIOD_S:
             return
-        self._lamps_at_s = now_s
-        new = [item for item in here.bodies.actor_id.tolist() if item not in self._kinds]
-        if new:
-            self._kinds.update({actor.id: str(actor.type_id) for actor in self._world.get_actors(new)})
-        self._blockers.things = frozenset(
-            item for item, kind in self._kinds.items() if not kind.startswith(("vehicle.", "walker.", "animal."))
+        self._lamps_read_s = now_s
+        new_ids = [actor_id for actor_id in context.bodies.actor_id.tolist() if actor_id not in self._kinds]
+        if new_ids:
+            self._kinds.update({actor.id: str(actor.type_id) for actor in self._world.get_actors(new_ids)})
+        self._blockers.static_ids = frozenset(
+            actor_id
+            for actor_id, kind in self._kinds.items()
+            if not kind.startswith(("vehicle.", "walker.", "animal."))
         )
-        if (here.bodies.speed < STANDS_MPS).any() or approaches_from_behind(here):
+        if (context.bodies.speed < STOPPED_MPS).any() or approaches_from_behind(context):
             lamps = {int(state): int(on) for state, on in self._world.get_vehicles_light_states().items()}
-            self._hazard_lamps = frozenset(lamp for lamp, on in lamps.items() if on & HAZARD_LAMPS == HAZARD_LAMPS)
-            self._emergency = frozenset(lamp for lamp, on in lamps.items() if on & EMERGENCY_LAMPS)
+            self._hazard_lamps = frozenset(
+                actor_id for actor_id, on in lamps.items() if on & HAZARD_LAMPS == HAZARD_LAMPS
+            )
+            self._emergency_lamps = frozenset(actor_id for actor_id, on in lamps.items() if on & EMERGENCY_LAMPS)
 
-    def _acceleration(self, path: Path, way: EgoMotion, around: NearbyObjects) -> float:
-        allowed = super()._acceleration(path, way, around)
+    def _acceleration(self, path: Path, candidate: EgoMotion, around: NearbyObjects) -> float:
+        allowed = super()._acceleration(path, candidate, around)
         if self._wait_m is not None:
-            allowed = min(allowed, self._concerns.wait(self._wait_m - WAITS_M, way.speed))
-        turning = self._turning.see(around, self._tick_s())
+            allowed = min(allowed, self._limits.wait(self._wait_m - WAIT_GAP_M, candidate.speed))
+        turning = self._turn_rates.observe(around, self._tick_s())
         if self._planner.following or self._holding:
             return allowed
-        if self._pass is None and self._changes.wait_m is not None:
-            slips_back = max(self._changes.most_mps - way.speed, -SLOWER_MPS2)
-            allowed = min(allowed, slips_back, self._concerns.stop_line(self._changes.wait_m, way.speed))
+        if self._pass is None and self._route_changes.wait_m is not None:
+            fall_back_mps2 = max(self._route_changes.max_mps - candidate.speed, -DECELERATION_MPS2)
+            allowed = min(allowed, fall_back_mps2, self._limits.stop_line(self._route_changes.wait_m, candidate.speed))
         where = self._planner.where
-        seen = on_route(path, where.s, around)
-        for hazard in entering(seen, where, self._model):
-            allowed = min(allowed, self._concerns.hazard(hazard, way.speed))
-        # A vehicle that sets off in a proven gap does not brake for those against whom it was proven.
-        proven = self._changes.judged if self._pass is None else frozenset()
-        if self._give_way.going and isinstance(self._give_way, FlowMergeYield):
-            proven |= self._give_way.judged
-        seen = seen.part(~seen.among(proven))
-        known = np.isin(around.actor_id, seen.actor_id)
-        speed, others = max(way.speed, 0.0), around.part(known)
-        return allowed_acceleration(path, where, speed, allowed, seen, others, turning[known], self._model)
+        bodies = objects_on_route(path, where.s, around)
+        for hazard in vehicles_pulling_out(bodies, where, self._model):
+            allowed = min(allowed, self._limits.hazard(hazard, candidate.speed))
+        # In an accepted gap the ego does not brake for the vehicles for which the gap was checked.
+        checked_ids = self._route_changes.checked_ids if self._pass is None else frozenset()
+        if self._yield.has_started and isinstance(self._yield, FlowMergeYield):
+            checked_ids |= self._yield.checked_ids
+        bodies = bodies.part(~bodies.has_id_in(checked_ids))
+        is_known = np.isin(around.actor_id, bodies.actor_id)
+        speed, objects = max(candidate.speed, 0.0), around.part(is_known)
+        return allowed_acceleration(path, where, speed, allowed, bodies, objects, turning[is_known], self._model)

@@ -1,7 +1,7 @@
-"""Across an oncoming stream on a square turn: with a run-up, in a proven gap, and without a stop in the stream.
+"""Crosses an oncoming flow on a square turn: with a run-up, in an accepted gap, and without a stop inside the flow.
 
-From the waiting place before the junction the ego drives up to the stream at the speed at which it crosses it, but
-only if the whole drive is proven to meet nobody. Until it can no longer stop before the stream it may still give up.
+From the waiting place before the junction the ego accelerates to the speed at which it crosses the flow. It starts only
+if the rollout of the whole drive has no conflict. It may abort as long as it can stop before the flow.
 """
 
 from __future__ import annotations
@@ -14,117 +14,122 @@ import numpy as np
 from stucksolver_carla.drivers.behavior.acceleration_limits import PaceFactors
 from stucksolver_carla.drivers.behavior.conflict_paths import ConflictPath, JunctionConflicts
 from stucksolver_carla.drivers.behavior.ego_rollout import EgoRollout, Margin, can_stop, predict_drive
-from stucksolver_carla.drivers.behavior.flow_speed import HURRIED
+from stucksolver_carla.drivers.behavior.flow_speed import FLOW_MERGE
 from stucksolver_carla.drivers.behavior.junction_yield import EgoSpeeds, YieldDecision
 from stucksolver_carla.drivers.behavior.nearby_objects import NearbyObjects
 from stucksolver_carla.drivers.behavior.path import Path
 from stucksolver_carla.drivers.behavior.profiles import DriverProfile
 from stucksolver_carla.drivers.behavior.vehicle_model import VehicleModel
 from stucksolver_carla.drivers.planner.flow_merge import FlowMergeYield
-from stucksolver_carla.drivers.planner.square_turns import stream_ways
+from stucksolver_carla.drivers.planner.square_turns import oncoming_paths
 
-CROSSES = PaceFactors(2.0, 1.65)
-"""How to cross: up to 4 m/s² ahead, and some 6 m/s² sideways, what tyres hold on a wet road (0.6 g)."""
-TO_CROSS = Margin(0.5, 0.08, 0.5, 0.05)
-"""Kept free before and behind the others: at constant speed they and the ego are foretold to within a tenth of a
-second.
-"""
-TO_GO_ON_CROSSING = Margin(0.3, 0.0, 0.2, 0.0)
-"""For an ego that has set off, so that rounding does not make it give up."""
-_PULL_AT_MPS, _PULL_MPS2 = (2.0, 6.0, 10.0, 16.0), (3.9, 3.1, 2.1, 1.9)
+CROSSING_PACE = PaceFactors(2.0, 1.65)
+"""Pace of a crossing: accelerations up to 4 m/s² ahead and about 6 m/s² sideways, the grip of a wet road (0.6 g)."""
+CROSS_MARGIN = Margin(0.5, 0.08, 0.5, 0.05)
+"""Required gap for the start: at constant speed, ego and traffic are predicted to within 0.1 s. Ours."""
+CROSS_COMMITTED_MARGIN = Margin(0.3, 0.0, 0.2, 0.0)
+"""Required gap after the start. It is smaller, so that rounding does not cause an abort. Ours."""
+_FULL_THROTTLE_AT_MPS, _FULL_THROTTLE_MPS2 = (2.0, 6.0, 10.0, 16.0), (3.9, 3.1, 2.1, 1.9)
 """Highest accelerations (m/s²) at these speeds (m/s): CARLA's Lincoln at the highest throttle of this driver, 0.75, as
 measured on carlette.
 """
 HORIZON_S = 14.0
-"""How far ahead the drive is foretold (s): 5 s to the stream, and `JOINED_S`."""
+"""Horizon of the rollout (s): 5 s to the flow, and `JOINED_S`."""
 JOINED_S = 8.0
-"""For so long after the ego has joined a stream nobody may come too near from behind (s): from 10 to 18 m/s it takes
-4 s and more, and then the gap closes no more.
-"""
+"""Time after a merge during which the rear gap must hold (s). From 10 to 18 m/s the ego takes 4 s and more, and then
+the gap no longer shrinks."""
 IN_LANE_M = 25.0
-"""So far behind the junction the vehicles in its lane still lie beside the route's line behind the ego (m)."""
+"""Length after the junction over which rear vehicles still follow the route line (m). Ours."""
 LAG_S = 0.1
-"""How long a standing ego takes to set off (s); one that takes longer gives up before the stream."""
+"""Delay of the start of a stopped ego (s). An ego with a longer delay aborts before the flow. Ours."""
 RUN_UP_M = 8.0
-"""Distance from the stream at which an ego that gives up stops if it can: enough to reach 6 m/s again."""
+"""Distance to the flow at which an ego that aborts stops, if possible (m): enough to reach 6 m/s again. Ours."""
 EDGE_M = 0.5
-"""Distance kept from the stream by one that stops there (m)."""
-GIVES_UP_MPS2 = 5.0
-"""Deceleration with which it stops before the stream at the latest (m/s²)."""
+"""Distance to the flow at the last possible stop (m). Ours."""
+ABORT_MPS2 = 5.0
+"""Deceleration of the last possible stop before the flow (m/s²). Ours."""
 
 
 def max_acceleration(speed: float) -> float:
     """Return the highest acceleration (m/s²) at a speed (m/s)."""
-    return float(np.interp(speed, _PULL_AT_MPS, _PULL_MPS2))
+    return float(np.interp(speed, _FULL_THROTTLE_AT_MPS, _FULL_THROTTLE_MPS2))
 
 
-def joined_streams(meeting: JunctionConflicts) -> list[ConflictPath]:
-    """Return the straight ways with the right of way that the route joins at a junction."""
-    return [way for way in meeting.ways if way.goes_first and way.straight and way.joins]
+def joined_paths(junction: JunctionConflicts) -> list[ConflictPath]:
+    """Return the straight paths with the right of way that the route joins at a junction."""
+    return [path for path in junction.ways if path.goes_first and path.straight and path.joins]
 
 
 class UnprotectedTurnYield(FlowMergeYield):
-    """Looks for a gap in the stream at `wait_s`, to cross or join it; elsewhere see `FlowMergeYield`."""
+    """The decisions with a crossing or merge of the flow at `wait_s`; for other junctions see `FlowMergeYield`."""
 
     def __init__(
         self,
-        meetings: Sequence[JunctionConflicts],
+        junctions: Sequence[JunctionConflicts],
         profile: DriverProfile,
         model: VehicleModel,
         line: Path,
         wait_s: float,
     ) -> None:
-        super().__init__(meetings, profile, model, HURRIED)
-        self._turn = min(meetings, key=lambda meeting: abs(meeting.wait_s - wait_s), default=None)
-        self._streams = [] if self._turn is None else stream_ways(line, self._turn) or joined_streams(self._turn)
+        super().__init__(junctions, profile, model, FLOW_MERGE)
+        self._turn = min(junctions, key=lambda junction: abs(junction.wait_s - wait_s), default=None)
+        self._flow_paths = [] if self._turn is None else oncoming_paths(line, self._turn) or joined_paths(self._turn)
 
-    def look(self, line: Path, s: float, motion: EgoSpeeds, around: NearbyObjects, dt_s: float) -> YieldDecision:
-        """See `GiveWay`."""
+    def decide(self, line: Path, s: float, motion: EgoSpeeds, around: NearbyObjects, dt_s: float) -> YieldDecision:
+        """Return the decision: for a crossing at this class's junction, as in `FlowMergeYield` elsewhere."""
         self._line = line
-        self._forget(s)
-        here = bool(self._due) and self._due[0] is self._turn and bool(self._streams)
-        self.pace = CROSSES if here else HURRIED
-        return self._cross(line, s, motion, around) if here else super().look(line, s, motion, around, dt_s)
+        self._drop_passed(s)
+        is_here = bool(self._due) and self._due[0] is self._turn and bool(self._flow_paths)
+        self.pace = CROSSING_PACE if is_here else FLOW_MERGE
+        return (
+            self._crossing_decision(line, s, motion, around)
+            if is_here
+            else super().decide(line, s, motion, around, dt_s)
+        )
 
-    def _cross(self, line: Path, s: float, motion: EgoSpeeds, around: NearbyObjects) -> YieldDecision:
-        meeting, front = self._due[0], s + self._model.half_length
-        coming = self._coming(meeting, around)
-        drive = self._drive(line, s, motion.speed, self._top_mps(motion, coming))
-        edge_s = min(way.route_meets_s for way in self._streams) - EDGE_M
-        going = self._going is meeting
-        found = drive.judge(coming, TO_GO_ON_CROSSING if going else TO_CROSS)
-        if going and not can_stop(motion.speed, edge_s - front, GIVES_UP_MPS2):
-            # In the stream it only drives on: whoever it was proven against would run into a stop.
-            stream = frozenset(other.actor_id for way, other in coming if way in self._streams and not way.joins)
-            across = front > max((way.route_parts_s for way in self._streams if not way.joins), default=-math.inf)
-            return YieldDecision(None, found.passing | stream, None, found.leader if across else None)
-        if not found.met:
-            self._going = meeting
-            return YieldDecision(None, found.passing)
+    def _crossing_decision(self, line: Path, s: float, motion: EgoSpeeds, around: NearbyObjects) -> YieldDecision:
+        junction, front = self._due[0], s + self._model.half_length
+        traffic = self._conflicting_traffic(junction, around)
+        rollout = self._rollout(line, s, motion.speed, self._top_mps(motion, traffic))
+        edge_s = min(path.route_meets_s for path in self._flow_paths) - EDGE_M
+        has_started = self._going is junction
+        conflict = rollout.predict_conflict(traffic, CROSS_COMMITTED_MARGIN if has_started else CROSS_MARGIN)
+        if has_started and not can_stop(motion.speed, edge_s - front, ABORT_MPS2):
+            # Inside the flow the ego only continues. The vehicles for which it was checked would hit a stopped ego.
+            flow_ids = frozenset(
+                other.actor_id for path, other in traffic if path in self._flow_paths and not path.joins
+            )
+            is_across = front > max(
+                (path.route_parts_s for path in self._flow_paths if not path.joins), default=-math.inf
+            )
+            return YieldDecision(None, conflict.passing | flow_ids, None, conflict.leader if is_across else None)
+        if not conflict.met:
+            self._going = junction
+            return YieldDecision(None, conflict.passing)
         self._going = None
-        others_s = [way.route_meets_s - EDGE_M for way in found.met if way.route_meets_s > front + EDGE_M]
-        return YieldDecision(self._stop_m(meeting, min([edge_s, *others_s]), front, motion.speed), frozenset())
+        stops_s = [path.route_meets_s - EDGE_M for path in conflict.met if path.route_meets_s > front + EDGE_M]
+        return YieldDecision(self._stop_m(junction, min([edge_s, *stops_s]), front, motion.speed), frozenset())
 
-    def _drive(self, line: Path, s: float, speed: float, top_mps: float) -> EgoRollout:
-        """See `GiveWay`."""
-        if self.pace is not CROSSES:
-            return super()._drive(line, s, speed, top_mps)
-        lag_s = 0.0 if self.going else LAG_S
-        gone = predict_drive(
+    def _rollout(self, line: Path, s: float, speed: float, top_mps: float) -> EgoRollout:
+        """Return the rollout: with the vehicle's acceleration for a crossing, as in `JunctionYield` elsewhere."""
+        if self.pace is not CROSSING_PACE:
+            return super()._rollout(line, s, speed, top_mps)
+        lag_s = 0.0 if self.has_started else LAG_S
+        arc_lengths = predict_drive(
             line, s, speed, top_mps, self._profile, self.pace.bends, lag_s, max_acceleration, HORIZON_S
         )
-        return EgoRollout(line, gone, self._model, slips=True, joined_s=JOINED_S)
+        return EgoRollout(line, arc_lengths, self._model, slips=True, joined_s=JOINED_S)
 
-    def _forget(self, s: float) -> None:
-        """See `GiveWay`; a stream that it has joined sets its pace until it drives in its lane like everybody else."""
-        joins = any(way.joins for way in self._streams)
-        here = self._due[0] if self._due else None
-        stays_m = IN_LANE_M if joins and here is self._turn else 0.0
-        super()._forget(s - stays_m)
+    def _drop_passed(self, s: float) -> None:
+        """Drop the junctions behind the ego; a joined flow later, when its vehicles follow the route line."""
+        joins_flow = any(path.joins for path in self._flow_paths)
+        junction = self._due[0] if self._due else None
+        extra_m = IN_LANE_M if joins_flow and junction is self._turn else 0.0
+        super()._drop_passed(s - extra_m)
 
-    def _stop_m(self, meeting: JunctionConflicts, edge_s: float, front: float, speed: float) -> float:
-        """Return the distance to where to wait: before the junction, a run-up before the stream, or at its edge."""
-        at_once = speed * speed / (2.0 * self._profile.deceleration)
-        if can_stop(speed, meeting.wait_s - front, self._profile.deceleration):
-            return meeting.wait_s - front
-        return min(max(edge_s - RUN_UP_M - front, at_once), edge_s - front)
+    def _stop_m(self, junction: JunctionConflicts, edge_s: float, front: float, speed: float) -> float:
+        """Return the distance to the stop (m): before the junction, a run-up before the flow, or at its edge."""
+        shortest_m = speed * speed / (2.0 * self._profile.deceleration)
+        if can_stop(speed, junction.wait_s - front, self._profile.deceleration):
+            return junction.wait_s - front
+        return min(max(edge_s - RUN_UP_M - front, shortest_m), edge_s - front)

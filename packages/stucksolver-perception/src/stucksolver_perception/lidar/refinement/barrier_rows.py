@@ -1,7 +1,7 @@
 """Rows of barriers that the network takes for a truck.
 
 Barriers that stand end to end across a road are as long as a truck and as straight as its side. But they are lower:
-from nearby, many rays come back from the lowest metre of a truck, and as many from above it.
+from nearby, many rays come back from the lowest meter of a truck, and as many from above it.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """People who stand close to somebody whom the detector named.
 
-Two people half a metre apart are often one box to the network, on one of them or between both. The other one's rays
+Two people half a meter apart are often one box to the network, on one of them or between both. The other one's rays
 came back, too. So near the vehicle what stands beside a person, further from its middle than a body reaches, is
 another one. A walking person is not wider than that above the knees.
 """

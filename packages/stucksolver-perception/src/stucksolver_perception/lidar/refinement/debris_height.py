@@ -1,7 +1,7 @@
 """Heights of small things on the road nearby, measured by the returns from them.
 
 The network learns the usual size of small debris, and says 0.25 m of a bag that is 0.12 m high. Near the vehicle some
-dozens of rays of half a second hit such a thing and the road around it: they tell its height to a few centimetres. What
+dozens of rays of half a second hit such a thing and the road around it: they tell its height to a few centimeters. What
 stands up by less than the distance between two rays of a standing vehicle (0.09 m at 8 m) may be missed at its top;
 while the vehicle comes nearer, the rays pass over every part of it.
 """

@@ -23,7 +23,7 @@ obstacle has few returns, and the ground's height is less certain."""
 ASIDE_M = 3.0
 """To either side of the vehicle's axis."""
 LOW_M, HIGH_M = 0.35, 2.0
-"""Height above ground: lower returns may be kerbs, and what begins higher lets the vehicle pass below."""
+"""Height above ground: lower returns may be curbs, and what begins higher lets the vehicle pass below."""
 RAISES_M = 0.15
 """A lower return is the road, with the noise of the ground's height."""
 CELL_M = 0.3

@@ -1,7 +1,7 @@
 """Where the near end of a standing vehicle is, measured by the returns from it.
 
 The network learns lengths of vehicles, and places their middles. A vehicle that is longer than most begins up to half
-a metre nearer than the network says, and a gap to it is as much smaller. Rays from its end show where it is; the far
+a meter nearer than the network says, and a gap to it is as much smaller. Rays from its end show where it is; the far
 end stays where the network says.
 """
 

@@ -1,4 +1,4 @@
-"""The guard's numbers, in one place, and who must approve what. All of it is written to each record."""
+"""Numbers of the guard, in one place, and the approvals that it requires. All of them are stored in each record."""
 
 from stucksolver.guard.policy.approvals import NOBODY, RANKS, RULES, SCENES, Approvals
 from stucksolver.guard.policy.clearances import ClearancePolicy, DoorPolicy, PassablePolicy, PeoplePolicy

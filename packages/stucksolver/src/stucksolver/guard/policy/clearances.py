@@ -1,4 +1,4 @@
-"""How near the ego may come to objects, vehicles, people and doors, and what it may drive over."""
+"""Gaps that the ego keeps to objects, vehicles, people and doors, and limits for driving over an object."""
 
 from __future__ import annotations
 
@@ -8,72 +8,76 @@ from stucksolver.scene.base_model import FrozenModel
 
 
 class ClearancePolicy(FrozenModel):
-    """Gaps between the ego's body and the boxes of others. Read by `checks`, `aborts`, `ways_out` and `hand_back`."""
+    """Gaps between the ego's body and the boxes of others.
+
+    Read by the checks along a path, by those of stops, of turns and of backing up, and by `hand_back`.
+    """
 
     standing_gap_m: NonNegativeFloat = 0.3
-    """To stationary objects, and between two vehicles that creep. Ours: a 3.5 m lane leaves this much room beside a
+    """Gap to stationary objects (m), and between two vehicles that creep. Ours: a 3.5 m lane leaves this gap beside a
     car parked at its edge.
     """
     moving_gap_m: NonNegativeFloat = 0.5
-    """To moving objects: the lateral margin mu of RSS (Lemma 4). Ours."""
+    """Gap to moving objects (m): the lateral margin mu of RSS (Lemma 4). Ours."""
     vulnerable_gap_m: NonNegativeFloat = 1.0
-    """To pedestrians and cyclists. About the three feet that many passing laws require beside a cyclist."""
+    """Gap to pedestrians and cyclists (m): about the three feet that many passing laws require beside a cyclist."""
     nearer_m: NonNegativeFloat = 0.05
-    """An object already nearer than a bound counts only if the path comes nearer by this much. Ours: a hand's
-    breadth, above the noise of a constant gap.
+    """Least decrease of a gap that is already below its bound for the object to count (m). Ours: a hand's breadth,
+    above the noise of a constant gap.
     """
     parting_m: PositiveFloat = 0.5
-    """A path away from something that the ego stands against must have parted from it after this way. Ours: enough to
+    """Distance after which the path of an ego in contact with an object must have parted from it (m). Ours: enough to
     back straight off, too little to scrape along.
     """
     tracked_gap_m: NonNegativeFloat = 0.15
-    """Part of each gap that tracking errors may use up while a plan runs: the running plan is checked from the ego's
-    real pose.
+    """Part of each gap that tracking errors may use up while a plan runs (m). The running plan is checked from the
+    real pose of the ego. Ours.
     """
     drifted_gap_m: NonNegativeFloat = 0.15
-    """A plan ends if a tracking error, plus what a stop still adds to it, leaves less room than this. It catches an
-    error that grows too slowly for `nearer_m`.
+    """Gap that must remain after a tracking error and the drift until a stop (m); below it a plan is aborted. It
+    detects an error that grows too slowly for `nearer_m`. Ours.
     """
 
 
 class PeoplePolicy(FrozenModel):
-    """A pedestrian who stands at the kerb and steps off. Read by `rss.step_off`."""
+    """Pedestrian at the curb who steps off. Read by `rss.step_off`."""
 
     step_mps: PositiveFloat = 1.4
-    """Speed of the step: a normal walking speed."""
+    """Speed of the step (m/s): a normal walking speed."""
     length_m: PositiveFloat = 0.5
-    """Length of the pedestrian along the road."""
+    """Length of the pedestrian along the road (m)."""
     stopping_below_mps: PositiveFloat = 1.5
-    """Below this speed the ego responds by stopping. Ours: about walking speed, below which driving past would take
+    """Speed below which the ego responds by stopping (m/s). Ours: about walking speed, below which driving past takes
     longer than a stop.
     """
     reaction_s: NonNegativeFloat = 0.5
-    """From the step until the ego brakes: half the reaction time of RSS, since no human driver has to react."""
+    """Time from the step until the ego brakes (s): half the reaction time of RSS, without a human driver."""
 
 
 class DoorPolicy(FrozenModel):
-    """The doors of parked vehicles. Read by `checks`."""
+    """Doors of parked vehicles. Read by `path_checks` and `speed_caps`."""
 
     reach_m: NonNegativeFloat = 0.9
-    """How far an open door reaches out: a typical front door."""
+    """Reach of an open door (m): a typical front door."""
     parked_s: NonNegativeFloat = 3.0
-    """Someone may be about to get out of a vehicle that has been stationary this long. Ours: as for hazard lights."""
+    """Time after which a stationary vehicle counts as parked, so that a door may open (s). Ours: as for hazard lights.
+    """
     part_of_length: NonNegativeFloat = 0.5
-    """Part of a vehicle's length, around its middle, in which the doors are."""
+    """Part of a vehicle's length, around its middle, in which the doors are. Ours."""
 
 
 class PassablePolicy(FrozenModel):
-    """What may be driven over. Read by `obstacles`."""
+    """Objects that may be driven over. Read by `passable_obstacles`; `height_m` also by `hand_back`."""
 
     height_m: NonNegativeFloat = 0.15
-    """Largest height: about the ground clearance of a passenger car."""
+    """Largest height (m): about the ground clearance of a passenger car."""
     size_m: NonNegativeFloat = 1.2
-    """Greatest length of the longer side: a bin bag, a flattened box."""
+    """Largest size of the longer side (m): a bin bag, a flattened box."""
     seen_s: NonNegativeFloat = 1.0
-    """Shortest time for which it must have been seen: at least ten frames of a typical detector."""
+    """Least time for which the object must have been tracked (s): at least ten frames of a typical detector."""
     confidence: NonNegativeFloat = 0.8
-    """Smallest confidence of its class. Ours."""
+    """Least confidence of the class. Ours."""
     confirmed_confidence: NonNegativeFloat = 0.5
-    """Confidence that is enough if a person has confirmed the object: more likely than not."""
+    """Least confidence if a person has confirmed the object: more likely than not."""
     living_clearance_m: NonNegativeFloat = 2.0
-    """Nothing living or unknown may be nearer to it than this: further than a child reaches for a toy. Ours."""
+    """Least distance to a living being or an unknown object (m): beyond the reach of a child for a toy. Ours."""

@@ -1,4 +1,4 @@
-"""Bounds that no plan may cross."""
+"""The guard's policy: bounds that no plan may cross."""
 
 from __future__ import annotations
 
@@ -32,23 +32,25 @@ from stucksolver.scene.base_model import FrozenModel
 
 
 class GuardPolicy(FrozenModel):
-    """Every number of the guard, and who must approve what. The defaults are the design's.
+    """Numbers of the guard and the approvals that it requires. The defaults are the design's.
 
-    The numbers are grouped in sub-policies by what reads them. Each has its unit in its name, and its origin beside it
-    ("ours" means a choice of this project). All are finite and none is negative; unknown names are refused.
+    The numbers are grouped in sub-policies by the checks that read them. Each has its unit in its name, and its origin
+    in its description ("ours" means a choice of this project). All are finite and none is negative. The policy rejects
+    unknown names.
     """
 
     releases: Mapping[str, ApprovalLevel] = Field(default_factory=dict)
-    """Who must approve a behaviour, by its name. Other behaviours keep their default."""
+    """Required approval of a behavior, by its name. Other behaviors keep their default."""
     solid_line: Literal["forbid", "autonomous", "passenger", "operator"] = "passenger"
-    """Who must approve crossing a solid line past a stationary obstruction. Evaluation profiles set `autonomous`."""
+    """Required approval for crossing a solid line past a stationary obstruction. Evaluation profiles set `autonomous`.
+    """
     authority: ApprovalLevel = ApprovalLevel.OPERATOR
-    """Who must approve passing a school bus, level crossing or flagger."""
+    """Required approval for passing a school bus, level crossing or flagger."""
     emergency_scene: ApprovalLevel = ApprovalLevel.OPERATOR
-    """Who must approve passing a stopped emergency vehicle, unless a whole lane in the ego's direction is free."""
+    """Required approval for passing a stopped emergency vehicle, unless a lane in the ego's direction is free."""
     waits: WaitLimits = Field(default_factory=WaitLimits)
     max_age_s: NonNegativeFloat = 0.5
-    """Greatest age of surroundings that may prove anything. The design's: a few ticks of a slow stack."""
+    """Greatest age of surroundings that may prove anything (s). The design's: a few ticks of a slow stack."""
 
     clearance: ClearancePolicy = ClearancePolicy()
     people: PeoplePolicy = PeoplePolicy()
@@ -79,22 +81,22 @@ class GuardPolicy(FrozenModel):
     def _known(cls, releases: Mapping[str, ApprovalLevel]) -> Mapping[str, ApprovalLevel]:
         unknown = sorted(set(releases) - set(REGISTRY))
         if unknown:
-            raise ValueError(f"release of an unknown behaviour {unknown[0]!r}; choose from: {', '.join(REGISTRY)}")
+            raise ValueError(f"releases: unknown behavior {unknown[0]!r}; choose from: {', '.join(REGISTRY)}")
         return releases
 
     def laxer_than(self, other: GuardPolicy) -> tuple[str, ...]:
-        """Return what this policy allows with a lower approval than another policy requires."""
-        asked: dict[str, tuple[str, str]] = {
+        """Return the behaviors and rules that this policy allows with a lower approval than another policy does."""
+        levels: dict[str, tuple[str, str]] = {
             name: (self.release(name).value, other.release(name).value) for name in REGISTRY
         }
-        asked |= {scene: (self.scene_release(scene).value, other.scene_release(scene).value) for scene in SCENES}
-        asked["solid_line"] = (self.solid_line, other.solid_line)
-        return tuple(name for name, (ours, theirs) in asked.items() if RANKS.index(ours) < RANKS.index(theirs))
+        levels |= {scene: (self.scene_release(scene).value, other.scene_release(scene).value) for scene in SCENES}
+        levels["solid_line"] = (self.solid_line, other.solid_line)
+        return tuple(name for name, (here, there) in levels.items() if RANKS.index(here) < RANKS.index(there))
 
     def scene_release(self, scene: str) -> ApprovalLevel:
-        """Return who must approve passing one of the scenes in `RULES`."""
+        """Return the required approval for passing one of the scenes in `RULES`."""
         return self.emergency_scene if scene == "emergency_scene" else self.authority
 
     def release(self, behavior: str) -> ApprovalLevel:
-        """Return who must approve a behaviour."""
+        """Return the required approval of a behavior."""
         return self.releases.get(behavior, REGISTRY[behavior].release)

@@ -1,7 +1,19 @@
 """The closed list of behaviours, one file each."""
 
 from stucksolver.plan.behaviors.back_up import BackUp
-from stucksolver.plan.behaviors.behavior import AbortAction, ApprovalLevel, Behavior, BehaviorStart, Check, NoPathError
+from stucksolver.plan.behaviors.behavior import (
+    AbortAction,
+    ApprovalLevel,
+    Behavior,
+    BehaviorStart,
+    Check,
+    ExecutorKind,
+    LegBehavior,
+    NoPathError,
+    PlanPhrase,
+    StationaryBehavior,
+    drives_legs,
+)
 from stucksolver.plan.behaviors.borrow_oncoming_lane import BorrowOncomingLane
 from stucksolver.plan.behaviors.change_lane import ChangeLane
 from stucksolver.plan.behaviors.creep import Creep
@@ -12,7 +24,15 @@ from stucksolver.plan.behaviors.keep_lane import KeepLane
 from stucksolver.plan.behaviors.nose_out import NoseOut
 from stucksolver.plan.behaviors.nudge import Nudge
 from stucksolver.plan.behaviors.pull_over import PullOver
-from stucksolver.plan.behaviors.registry import REGISTRY, AnyBehavior, describe, parse_behavior
+from stucksolver.plan.behaviors.registry import (
+    REGISTRY,
+    AnyBehavior,
+    describe,
+    names_with,
+    parse_behavior,
+    register,
+    unregister,
+)
 from stucksolver.plan.behaviors.rejoin_route import RejoinRoute
 from stucksolver.plan.behaviors.replan_route import ReplanRoute
 from stucksolver.plan.behaviors.request_assistance import RequestAssistance
@@ -32,18 +52,26 @@ __all__ = [
     "Check",
     "Creep",
     "DriveOver",
+    "ExecutorKind",
     "FollowVehicle",
     "HazardLights",
     "KeepLane",
+    "LegBehavior",
     "NoPathError",
     "NoseOut",
     "Nudge",
+    "PlanPhrase",
     "PullOver",
     "RejoinRoute",
     "ReplanRoute",
     "RequestAssistance",
+    "StationaryBehavior",
     "TurnAround",
     "Wait",
     "describe",
+    "drives_legs",
+    "names_with",
     "parse_behavior",
+    "register",
+    "unregister",
 ]

@@ -4,10 +4,11 @@ from typing import ClassVar, Literal
 
 from pydantic import Field
 
-from stucksolver.plan.behaviors.behavior import CREEP_MPS, Behavior, BehaviorStart, Check, NoPathError
+from stucksolver.plan.behaviors.behavior import CREEP_MPS, Behavior, BehaviorStart, Check, NoPathError, PlanPhrase
 from stucksolver.plan.frenet_path import FrenetPath, straight
 from stucksolver.scene.failed_attempts import PlanFailure
 from stucksolver.scene.frenet_scene import FrenetScene
+from stucksolver.scene.interpretation import GuidanceIntent
 
 STANDS_MPS = 0.3
 
@@ -16,6 +17,7 @@ class BackUp(Behavior):
     """Reverse straight along the lane and stop. `view` and `start` are in the frame of `FrenetScene.backwards`."""
 
     summary: ClassVar[str] = "Reverse distance_m metres along the lane, where the lane behind is seen to be free."
+    phrase: ClassVar[PlanPhrase] = PlanPhrase("back up a little", "backing up a little")
     checks: ClassVar[tuple[Check, ...]] = (
         Check.COLLISION,
         Check.DRIVABLE_AREA,
@@ -27,6 +29,9 @@ class BackUp(Behavior):
     )
     reverse: ClassVar[bool] = True
     prepares: ClassVar[bool] = True
+    intents: ClassVar[tuple[GuidanceIntent, ...]] = (GuidanceIntent.BACK_UP,)
+    stays_behind_blocker: ClassVar[bool] = True
+    solution_rank: ClassVar[int | None] = 60
 
     name: Literal["back_up"] = "back_up"
     distance_m: float = Field(ge=1.0, le=8.0)

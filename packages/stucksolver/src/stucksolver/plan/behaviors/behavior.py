@@ -1,17 +1,27 @@
-"""The base of every behaviour: parameters with bounds, a precondition, a path and a time allowance."""
+"""The bases of all behaviors. A behavior states all facts about itself, so that no other module has to know it.
+
+Its parameters have bounds. It states how it is executed, which checks it must pass, which intents of a passenger it
+carries out, on which side it passes, and how a sentence for people names it.
+"""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from enum import Enum
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar, TypeGuard
 
 from stucksolver.plan.frenet_path import FrenetPath
+from stucksolver.plan.simple_directives import Replan, SafeStop
 from stucksolver.scene.base_model import FrozenModel
 from stucksolver.scene.failed_attempts import PlanFailure
 from stucksolver.scene.frenet_scene import FrenetScene
+from stucksolver.scene.interpretation import GuidanceIntent, GuidanceLimits, Interpretation, Side
 from stucksolver.scene.road import LaneDirection, ZoneKind
+from stucksolver.scene.scene import Scene
+
+if TYPE_CHECKING:
+    from stucksolver.plan.multi_point_turn import Leg
 
 
 class Check(str, Enum):
@@ -57,6 +67,28 @@ class ApprovalLevel(str, Enum):
     OPERATOR = "operator"
 
 
+class ExecutorKind(str, Enum):
+    """How a behavior is executed."""
+
+    STOP = "stop"
+    """The vehicle stays stopped."""
+    PATH = "path"
+    """The vehicle drives one path in road coordinates, proven together with those of its neighbors in the plan."""
+    LEGS = "legs"
+    """The vehicle drives legs in the plane. Each is proven when the vehicle has stopped at its start."""
+
+
+@dataclass(frozen=True)
+class PlanPhrase:
+    """`future` completes "I will ..." and "May I ...?"; `present` completes "I am ...".
+
+    A parameter of the behavior may stand in braces: `{side}`.
+    """
+
+    future: str
+    present: str
+
+
 MOVING_CHECKS = (
     Check.COLLISION,
     Check.DRIVABLE_AREA,
@@ -80,21 +112,55 @@ class BehaviorStart:
 
 
 class Behavior(FrozenModel, ABC):
-    """One behaviour of the closed list. An instance holds the parameters of one call."""
+    """One behaviour of the closed list. An instance holds the parameters of one call.
 
+    The class attributes and the methods with a default are the facts that other modules ask for.
+    """
+
+    summary: ClassVar[str]
+    """One sentence that says what it does, shown to models and in the documentation."""
+    phrase: ClassVar[PlanPhrase]
+    """How sentences for passengers and operators name it."""
+    approval_note: ClassVar[str | None] = None
+    """Sentence for the person who is asked to approve it, if the phrase alone does not say enough."""
+
+    executor: ClassVar[ExecutorKind] = ExecutorKind.PATH
     checks: ClassVar[tuple[Check, ...]] = ()
+    """The guard's checks that it must pass."""
+    stopping_place_detail: ClassVar[str | None] = None
+    """Detail of the rejection if it stands still where a vehicle must not stop; None if it may be done there."""
     abort_after_commit: ClassVar[AbortAction] = AbortAction.FINISH
-    stands_still: ClassVar[bool] = False
     reverse: ClassVar[bool] = False
     """The behaviour backs up. `view` and `start` are then in the frame of `FrenetScene.backwards`."""
     prepares: ClassVar[bool] = False
     """The behaviour only prepares the next one, so the vehicle need not have moved on after it."""
+    starts_at_roadside: ClassVar[bool] = False
+    """It starts where the ego is stopped safely beside the traffic. The solver waits there after any rejection."""
     release: ClassVar[ApprovalLevel] = ApprovalLevel.AUTONOMOUS
     """Who must approve it, unless the policy says otherwise."""
-    summary: ClassVar[str]
-    """One sentence that says what it does, shown to models and in the documentation."""
+
+    intents: ClassVar[tuple[GuidanceIntent, ...]] = ()
+    """The intents of a passenger that it carries out, the main one first. They authorize a plan that contains it."""
+    shifts_laterally: ClassVar[bool] = False
+    """It moves the ego sideways, to pass an object or to prepare a pass. "Go" does not authorize a plan with it."""
+    stays_behind_blocker: ClassVar[bool] = False
+    """It moves the ego along the lane only, so that it does not pass an object in the lane."""
+    calls_person: ClassVar[bool] = False
+    """It stops the ego and calls a person for help."""
+    solution_rank: ClassVar[int | None] = None
+    """Rank among the behaviors of a plan that helped. The plan is remembered by the main intent of the lowest rank.
+
+    None for requests and last resorts, which are not remembered.
+    """
+    outranks_replan: ClassVar[bool] = False
+    """A plan that ends with a new route is remembered by this behavior and not by the new route."""
 
     name: str
+
+    @classmethod
+    def fits_scene(cls, scene: Scene) -> bool:
+        """True if the scene has something that it can act on; otherwise it is left out of the prompt."""
+        return True
 
     def precondition(self, view: FrenetScene) -> str | None:
         """Return why it cannot be done here now, or None."""
@@ -119,11 +185,46 @@ class Behavior(FrozenModel, ABC):
         """Return the time after which it is given up (s), given its expected duration (s)."""
         return 2.0 * expected_s + 5.0
 
+    def directive(self) -> Replan | SafeStop | None:
+        """Return the directive that performs it; None if it is performed by `Execute`."""
+        return None
+
+    def guided_parameters(self, reading: Interpretation, limits: GuidanceLimits) -> dict[str, float]:
+        """Return the values that a passenger gave to its parameters, by name. The caller keeps them within the bounds.
+
+        A distance counts for a behavior that carries out the intent. "Overtake" says nothing about the path's length.
+        Speeds are not among the values, because every behavior takes them as an upper limit.
+        """
+        asked = reading.intent in self.intents and reading.intent is not GuidanceIntent.OVERTAKE
+        if limits.distance_m is None or not asked or "distance_m" not in type(self).model_fields:
+            return {}
+        return {"distance_m": limits.distance_m}
+
+    @property
+    def stands_still(self) -> bool:
+        """True if the vehicle stays stopped."""
+        return self.executor is ExecutorKind.STOP
+
+    @property
+    def passing_side(self) -> Side | None:
+        """Side on which it passes an object; None if it passes none."""
+        return None
+
+    @property
+    def may_cross_red_light(self) -> bool:
+        """True if an operator may be asked to approve a red light on its path, when the plan has no other behavior."""
+        return False
+
+    @property
+    def hazard_lights_on(self) -> bool | None:
+        """Whether it switches the hazard lights on or off; None if it leaves them as they are."""
+        return None
+
 
 class StationaryBehavior(Behavior):
     """A behaviour without a path: the vehicle stops where it is and stays."""
 
-    stands_still: ClassVar[bool] = True
+    executor: ClassVar[ExecutorKind] = ExecutorKind.STOP
 
     def precondition(self, view: FrenetScene) -> str | None:
         return no_place_to_stand(view)
@@ -131,6 +232,35 @@ class StationaryBehavior(Behavior):
     def manoeuvre(self, view: FrenetScene, start: BehaviorStart) -> FrenetPath | None:
         """Return None: it stands still."""
         return None
+
+
+class LegBehavior(Behavior):
+    """A behavior without a path along the road: its legs are paths in the plane."""
+
+    executor: ClassVar[ExecutorKind] = ExecutorKind.LEGS
+
+    speed_mps: float
+
+    @abstractmethod
+    def legs(self, view: FrenetScene) -> tuple[Leg, ...]:
+        """Return the remaining legs from where the vehicle is.
+
+        Raises:
+            CannotPlan: There are none.
+        """
+
+    @abstractmethod
+    def must_finish(self, view: FrenetScene) -> bool:
+        """True if the vehicle is where it should finish the legs rather than stop, also if the plan is withdrawn."""
+
+    def manoeuvre(self, view: FrenetScene, start: BehaviorStart) -> FrenetPath | None:
+        """Return None: the legs are paths in the plane."""
+        return None
+
+
+def drives_legs(behavior: Behavior) -> TypeGuard[LegBehavior]:
+    """True if the behavior is executed leg by leg."""
+    return behavior.executor is ExecutorKind.LEGS
 
 
 def no_place_to_stand(view: FrenetScene) -> str | None:

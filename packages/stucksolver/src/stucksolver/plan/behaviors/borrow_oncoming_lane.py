@@ -14,6 +14,7 @@ from stucksolver.plan.behaviors.behavior import (
     BehaviorStart,
     Check,
     NoPathError,
+    PlanPhrase,
 )
 from stucksolver.plan.frenet_path import FrenetPath
 from stucksolver.plan.lateral_shift import lateral_shift
@@ -21,6 +22,9 @@ from stucksolver.plan.passing_geometry import PassPlan, borrowed_lane, find_pass
 from stucksolver.plan.return_to_lane import way_back
 from stucksolver.scene.failed_attempts import PlanFailure
 from stucksolver.scene.frenet_scene import FrenetScene
+from stucksolver.scene.interpretation import GuidanceIntent, Side
+from stucksolver.scene.road import LaneDirection, LaneKind
+from stucksolver.scene.scene import Scene
 
 
 class BorrowOncomingLane(Behavior):
@@ -30,6 +34,10 @@ class BorrowOncomingLane(Behavior):
         "Pass the object past_object_id (and everything before it) through the oncoming lane on the left at up to "
         "speed_mps, then return to its own lane."
     )
+    phrase: ClassVar[PlanPhrase] = PlanPhrase(
+        "go round it on the left when the oncoming lane is free", "going round it on the left"
+    )
+    approval_note: ClassVar[str | None] = "I would use the lane of the oncoming traffic."
     checks: ClassVar[tuple[Check, ...]] = (
         *MOVING_CHECKS,
         Check.MARKING,
@@ -38,10 +46,22 @@ class BorrowOncomingLane(Behavior):
         Check.PATIENCE,
     )
     abort_after_commit: ClassVar[AbortAction] = AbortAction.RETURN_TO_LANE
+    intents: ClassVar[tuple[GuidanceIntent, ...]] = (GuidanceIntent.OVERTAKE,)
+    shifts_laterally: ClassVar[bool] = True
+    solution_rank: ClassVar[int | None] = 30
 
     name: Literal["borrow_oncoming_lane"] = "borrow_oncoming_lane"
     past_object_id: str
     speed_mps: float = Field(gt=0.5, le=11.0)
+
+    @classmethod
+    def fits_scene(cls, scene: Scene) -> bool:
+        opposite = (lane for lane in scene.lanes if lane.direction is LaneDirection.OPPOSITE)
+        return bool(scene.objects) and any(lane.kind is LaneKind.DRIVING for lane in opposite)
+
+    @property
+    def passing_side(self) -> Side | None:
+        return Side.LEFT
 
     def precondition(self, view: FrenetScene) -> str | None:
         if view.index_of(self.past_object_id) is None:

@@ -4,13 +4,23 @@ from typing import ClassVar, Literal
 
 from pydantic import Field
 
-from stucksolver.plan.behaviors.behavior import MOVING_CHECKS, AbortAction, Behavior, BehaviorStart, Check, NoPathError
+from stucksolver.plan.behaviors.behavior import (
+    MOVING_CHECKS,
+    AbortAction,
+    Behavior,
+    BehaviorStart,
+    Check,
+    NoPathError,
+    PlanPhrase,
+)
 from stucksolver.plan.frenet_path import FrenetPath, along_lane, landing_m
 from stucksolver.plan.lateral_shift import lateral_shift
 from stucksolver.scene.failed_attempts import PlanFailure
 from stucksolver.scene.frenet import Lane
 from stucksolver.scene.frenet_scene import FrenetScene
+from stucksolver.scene.interpretation import GuidanceIntent, Side
 from stucksolver.scene.road import LaneDirection, LaneKind
+from stucksolver.scene.scene import LaneRelation, Scene
 
 
 class ChangeLane(Behavior):
@@ -20,13 +30,29 @@ class ChangeLane(Behavior):
         "Change into the adjacent lane in the same direction on `side` and follow it at up to speed_mps, for "
         "distance_m metres in all."
     )
+    phrase: ClassVar[PlanPhrase] = PlanPhrase(
+        "go round it in the lane on the {side}", "changing to the lane on the {side}"
+    )
     checks: ClassVar[tuple[Check, ...]] = (*MOVING_CHECKS, Check.MARKING, Check.LANE_ENTRY)
     abort_after_commit: ClassVar[AbortAction] = AbortAction.FINISH
+    intents: ClassVar[tuple[GuidanceIntent, ...]] = (GuidanceIntent.OVERTAKE,)
+    shifts_laterally: ClassVar[bool] = True
+    solution_rank: ClassVar[int | None] = 40
+    outranks_replan: ClassVar[bool] = True
 
     name: Literal["change_lane"] = "change_lane"
     side: Literal["left", "right"]
     distance_m: float = Field(ge=15.0, le=150.0)
     speed_mps: float = Field(gt=0.5, le=11.0)
+
+    @classmethod
+    def fits_scene(cls, scene: Scene) -> bool:
+        beside = (LaneRelation.LEFT, LaneRelation.RIGHT)
+        return any(lane.relation in beside and lane.direction is LaneDirection.SAME for lane in scene.lanes)
+
+    @property
+    def passing_side(self) -> Side | None:
+        return Side(self.side)
 
     def target(self, view: FrenetScene, start: BehaviorStart) -> Lane:
         """Return the lane to change to.

@@ -4,17 +4,22 @@ from typing import ClassVar, Literal
 
 from pydantic import Field
 
-from stucksolver.plan.behaviors.behavior import CREEP_MPS, MOVING_CHECKS, Behavior, BehaviorStart, Check
+from stucksolver.plan.behaviors.behavior import CREEP_MPS, MOVING_CHECKS, Behavior, BehaviorStart, Check, PlanPhrase
 from stucksolver.plan.behaviors.keep_lane import own_lane
 from stucksolver.plan.frenet_path import FrenetPath, along_lane
 from stucksolver.scene.frenet_scene import FrenetScene
+from stucksolver.scene.interpretation import GuidanceIntent
 
 
 class Creep(Behavior):
     """Creep forward in the ego's lane and stop."""
 
     summary: ClassVar[str] = "Creep distance_m metres ahead in its own lane at walking pace, then stop."
+    phrase: ClassVar[PlanPhrase] = PlanPhrase("creep forward a little", "creeping forward a little")
     checks: ClassVar[tuple[Check, ...]] = (*MOVING_CHECKS, Check.CREEP_SPEED, Check.STOPPING_PLACE)
+    intents: ClassVar[tuple[GuidanceIntent, ...]] = (GuidanceIntent.GO,)
+    stays_behind_blocker: ClassVar[bool] = True
+    solution_rank: ClassVar[int | None] = 80
 
     name: Literal["creep"] = "creep"
     distance_m: float = Field(ge=1.0, le=15.0)

@@ -5,11 +5,22 @@ from typing import ClassVar, Literal
 
 from pydantic import Field
 
-from stucksolver.plan.behaviors.behavior import CREEP_MPS, MOVING_CHECKS, Behavior, BehaviorStart, Check, NoPathError
+from stucksolver.plan.behaviors.behavior import (
+    CREEP_MPS,
+    MOVING_CHECKS,
+    Behavior,
+    BehaviorStart,
+    Check,
+    NoPathError,
+    PlanPhrase,
+)
 from stucksolver.plan.behaviors.keep_lane import own_lane
 from stucksolver.plan.frenet_path import FrenetPath, along_lane
 from stucksolver.scene.failed_attempts import PlanFailure
 from stucksolver.scene.frenet_scene import FrenetScene
+from stucksolver.scene.interpretation import GuidanceIntent
+from stucksolver.scene.objects import PASSABLE_KINDS
+from stucksolver.scene.scene import Scene
 
 BEYOND_M = 2.0
 
@@ -20,11 +31,18 @@ class DriveOver(Behavior):
     summary: ClassVar[str] = (
         "Drive slowly over object_id, an empty bag or litter, at most 0.15 m high; never anything living or unknown."
     )
+    phrase: ClassVar[PlanPhrase] = PlanPhrase("drive slowly over it", "driving slowly over it")
     checks: ClassVar[tuple[Check, ...]] = (*MOVING_CHECKS, Check.CREEP_SPEED, Check.PASSABLE)
+    intents: ClassVar[tuple[GuidanceIntent, ...]] = (GuidanceIntent.DRIVE_OVER,)
+    solution_rank: ClassVar[int | None] = 20
 
     name: Literal["drive_over"] = "drive_over"
     object_id: str
     speed_mps: float = Field(default=2.0, ge=0.5, le=CREEP_MPS)
+
+    @classmethod
+    def fits_scene(cls, scene: Scene) -> bool:
+        return any(o.kind in PASSABLE_KINDS for o in scene.objects)
 
     def manoeuvre(self, view: FrenetScene, start: BehaviorStart) -> FrenetPath:
         """Return the path over the object. See `Behavior.manoeuvre`."""

@@ -4,11 +4,13 @@ from typing import ClassVar, Literal
 
 from pydantic import Field
 
-from stucksolver.plan.behaviors.behavior import MOVING_CHECKS, Behavior, BehaviorStart, Check, NoPathError
+from stucksolver.plan.behaviors.behavior import MOVING_CHECKS, Behavior, BehaviorStart, Check, NoPathError, PlanPhrase
 from stucksolver.plan.behaviors.keep_lane import own_lane
 from stucksolver.plan.frenet_path import FrenetPath, along_lane
 from stucksolver.scene.failed_attempts import PlanFailure
 from stucksolver.scene.frenet_scene import FrenetScene
+from stucksolver.scene.objects import MOTOR_VEHICLES
+from stucksolver.scene.scene import Scene
 
 RANGE_M = 50.0
 LEADS_MPS = 0.5
@@ -20,12 +22,18 @@ class FollowVehicle(Behavior):
     summary: ClassVar[str] = (
         "Follow the moving vehicle leader_id ahead in its own lane for up to distance_m metres at up to speed_mps."
     )
+    phrase: ClassVar[PlanPhrase] = PlanPhrase("follow the vehicle ahead", "following the vehicle ahead")
     checks: ClassVar[tuple[Check, ...]] = MOVING_CHECKS
+    stays_behind_blocker: ClassVar[bool] = True
 
     name: Literal["follow_vehicle"] = "follow_vehicle"
     leader_id: str
     distance_m: float = Field(ge=5.0, le=150.0)
     speed_mps: float = Field(gt=0.5, le=11.0)
+
+    @classmethod
+    def fits_scene(cls, scene: Scene) -> bool:
+        return any(o.in_path and o.kind in MOTOR_VEHICLES and o.speed_along_mps > LEADS_MPS for o in scene.objects)
 
     def manoeuvre(self, view: FrenetScene, start: BehaviorStart) -> FrenetPath:
         """Return the path along the lane behind the leader. See `Behavior.manoeuvre`."""

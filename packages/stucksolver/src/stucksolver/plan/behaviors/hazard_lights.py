@@ -2,7 +2,7 @@
 
 from typing import ClassVar, Literal
 
-from stucksolver.plan.behaviors.behavior import StationaryBehavior
+from stucksolver.plan.behaviors.behavior import PlanPhrase, StationaryBehavior
 from stucksolver.scene.frenet_scene import FrenetScene
 
 
@@ -10,9 +10,14 @@ class HazardLights(StationaryBehavior):
     """Switch the hazard lights on or off. They go off by themselves when the vehicle is under way again."""
 
     summary: ClassVar[str] = "Switch the hazard lights on or off; the vehicle stays where it is or drives on."
+    phrase: ClassVar[PlanPhrase] = PlanPhrase("switch on the hazard lights", "switching on the hazard lights")
 
     name: Literal["hazard_lights"] = "hazard_lights"
     on: bool = True
+
+    @property
+    def hazard_lights_on(self) -> bool | None:
+        return self.on
 
     def precondition(self, view: FrenetScene) -> str | None:
         return None

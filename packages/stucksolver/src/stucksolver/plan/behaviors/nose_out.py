@@ -5,7 +5,15 @@ from typing import ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from stucksolver.plan.behaviors.behavior import CREEP_MPS, MOVING_CHECKS, Behavior, BehaviorStart, Check, NoPathError
+from stucksolver.plan.behaviors.behavior import (
+    CREEP_MPS,
+    MOVING_CHECKS,
+    Behavior,
+    BehaviorStart,
+    Check,
+    NoPathError,
+    PlanPhrase,
+)
 from stucksolver.plan.behaviors.nudge import body_reach
 from stucksolver.plan.frenet_path import FrenetPath
 from stucksolver.plan.lateral_shift import lateral_shift
@@ -27,8 +35,12 @@ class NoseOut(Behavior):
         "Turn out towards the neighbouring lane on `side` until the nose is at the border of the own lane, and stop "
         "there. A lane change or a pass that follows in the same plan waits there for its gap, and needs a shorter one."
     )
+    phrase: ClassVar[PlanPhrase] = PlanPhrase(
+        "turn out to the {side} and wait for a gap", "waiting for a gap on the {side}"
+    )
     checks: ClassVar[tuple[Check, ...]] = (*MOVING_CHECKS, Check.CREEP_SPEED, Check.WITHIN_LANE, Check.STOPPING_PLACE)
     prepares: ClassVar[bool] = True
+    shifts_laterally: ClassVar[bool] = True
 
     name: Literal["nose_out"] = "nose_out"
     side: Literal["left", "right"]

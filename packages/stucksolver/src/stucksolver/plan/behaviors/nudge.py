@@ -6,13 +6,14 @@ from typing import ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from stucksolver.plan.behaviors.behavior import MOVING_CHECKS, Behavior, BehaviorStart, Check, NoPathError
+from stucksolver.plan.behaviors.behavior import MOVING_CHECKS, Behavior, BehaviorStart, Check, NoPathError, PlanPhrase
 from stucksolver.plan.behaviors.keep_lane import own_lane
 from stucksolver.plan.frenet_path import FrenetPath, straight
 from stucksolver.plan.lateral_shift import lateral_shift
 from stucksolver.scene.failed_attempts import PlanFailure
 from stucksolver.scene.frenet import Array
 from stucksolver.scene.frenet_scene import FrenetScene
+from stucksolver.scene.interpretation import GuidanceIntent, GuidanceLimits, Interpretation, Side
 
 EDGE_M = 0.05
 SHARES = (1.0, 0.85, 0.7, 0.5)
@@ -26,15 +27,29 @@ class Nudge(Behavior):
         "Move offset_m metres to `side` within its own lane (no further than its border), drive on for distance_m "
         "metres in all, then stop: to see past an obstacle, or to pass it in a wide lane."
     )
+    phrase: ClassVar[PlanPhrase] = PlanPhrase("move a little to the {side}", "moving a little to the {side}")
     checks: ClassVar[tuple[Check, ...]] = (*MOVING_CHECKS, Check.WITHIN_LANE, Check.STOPPING_PLACE)
-
     prepares: ClassVar[bool] = True
+    intents: ClassVar[tuple[GuidanceIntent, ...]] = (GuidanceIntent.OVERTAKE,)
+    shifts_laterally: ClassVar[bool] = True
+    solution_rank: ClassVar[int | None] = 50
+    outranks_replan: ClassVar[bool] = True
 
     name: Literal["nudge"] = "nudge"
     side: Literal["left", "right"]
     offset_m: float = Field(ge=0.2, le=1.5)
     distance_m: float = Field(ge=3.0, le=40.0)
     speed_mps: float = Field(default=1.5, ge=0.5, le=5.5)
+
+    @property
+    def passing_side(self) -> Side | None:
+        return Side(self.side)
+
+    def guided_parameters(self, reading: Interpretation, limits: GuidanceLimits) -> dict[str, float]:
+        """Return the lateral shift if the words name a side. See `Behavior.guided_parameters`."""
+        if limits.distance_m is None or reading.side is None or reading.intent not in self.intents:
+            return {}
+        return {"offset_m": limits.distance_m}
 
     def manoeuvre(self, view: FrenetScene, start: BehaviorStart) -> FrenetPath:
         """Return the path past the obstacle within the lane. See `Behavior.manoeuvre`."""

@@ -5,12 +5,13 @@ from typing import ClassVar, Literal
 
 from pydantic import Field
 
-from stucksolver.plan.behaviors.behavior import MOVING_CHECKS, Behavior, BehaviorStart, Check, NoPathError
+from stucksolver.plan.behaviors.behavior import MOVING_CHECKS, Behavior, BehaviorStart, Check, NoPathError, PlanPhrase
 from stucksolver.plan.behaviors.nudge import body_reach
 from stucksolver.plan.frenet_path import FrenetPath, lateral, shortest_shift, straight
 from stucksolver.scene.failed_attempts import PlanFailure
 from stucksolver.scene.frenet import Lane
 from stucksolver.scene.frenet_scene import FrenetScene
+from stucksolver.scene.interpretation import GuidanceIntent
 from stucksolver.scene.road import LaneDirection, LaneKind, LineKind
 
 EDGE_M = 0.2
@@ -21,12 +22,14 @@ class PullOver(Behavior):
     """Move to the right edge of the outermost strip on which a vehicle may stop, and stop."""
 
     summary: ClassVar[str] = "Pull over to the right edge of the road, parking lane and shoulder included, and stop."
+    phrase: ClassVar[PlanPhrase] = PlanPhrase("pull over to the right and stop", "pulling over to the right")
     checks: ClassVar[tuple[Check, ...]] = (
         *(check for check in MOVING_CHECKS if check is not Check.DRIVABLE_AREA),
         Check.ROADSIDE,
         Check.LANE_ENTRY,
         Check.STOPPING_PLACE,
     )
+    intents: ClassVar[tuple[GuidanceIntent, ...]] = (GuidanceIntent.PULL_OVER, GuidanceIntent.LET_ME_OUT)
 
     name: Literal["pull_over"] = "pull_over"
     distance_m: float = Field(default=20.0, ge=10.0, le=60.0)

@@ -5,18 +5,18 @@ from typing import ClassVar, Literal
 
 from pydantic import Field
 
-from stucksolver.plan.behaviors.behavior import CREEP_MPS, Behavior, BehaviorStart, Check
-from stucksolver.plan.frenet_path import FrenetPath
+from stucksolver.plan.behaviors.behavior import CREEP_MPS, Check, LegBehavior, PlanPhrase
 from stucksolver.plan.multi_point_turn import TURNED_RAD, Leg, heading_change_rad, multi_point_turn
 from stucksolver.scene.frenet_scene import FrenetScene
+from stucksolver.scene.interpretation import GuidanceIntent
 
 WAITS_S = 30.0
 """Time allowed beyond the driving time of a leg, to stop and let others pass."""
 BEGUN_RAD = math.radians(20.0)
-"""A vehicle that has turned by more than this is in the middle of a turn and continues from there."""
+"""An ego that has turned by more than this stands across the road and should finish the turn (rad)."""
 
 
-class TurnAround(Behavior):
+class TurnAround(LegBehavior):
     """A turn to the left in at most five legs. Each leg is proven when the vehicle has stopped at its start.
 
     It has no path along the road: its legs are paths in the plane (`legs`). A new route follows it.
@@ -26,7 +26,9 @@ class TurnAround(Behavior):
         "Turn round on the road in up to five legs at walking pace, where it is wide enough and nobody comes, to "
         "drive back. Replan the route from there: replan_route, with a waypoint behind as route_start."
     )
+    phrase: ClassVar[PlanPhrase] = PlanPhrase("turn round and drive back", "turning round")
     checks: ClassVar[tuple[Check, ...]] = (Check.TURNING,)
+    intents: ClassVar[tuple[GuidanceIntent, ...]] = (GuidanceIntent.TURN_AROUND,)
 
     name: Literal["turn_round"] = "turn_round"
     speed_mps: float = Field(default=1.4, ge=0.5, le=CREEP_MPS)
@@ -39,9 +41,8 @@ class TurnAround(Behavior):
         """
         return multi_point_turn(view)
 
-    def manoeuvre(self, view: FrenetScene, start: BehaviorStart) -> FrenetPath | None:
-        """Return None: a turn has legs in the plane, and no path along the road. See `Behavior.manoeuvre`."""
-        return None
+    def must_finish(self, view: FrenetScene) -> bool:
+        return abs(view.ego_yaw) > BEGUN_RAD
 
     def done(self, view: FrenetScene) -> bool:
         return heading_change_rad(view) > TURNED_RAD

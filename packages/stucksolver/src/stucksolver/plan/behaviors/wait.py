@@ -4,8 +4,9 @@ from typing import ClassVar, Literal
 
 from pydantic import Field
 
-from stucksolver.plan.behaviors.behavior import StationaryBehavior
+from stucksolver.plan.behaviors.behavior import PlanPhrase, StationaryBehavior
 from stucksolver.scene.frenet_scene import FrenetScene
+from stucksolver.scene.interpretation import GuidanceIntent, GuidanceLimits, Interpretation
 from stucksolver.scene.objects import ObjectKind
 from stucksolver.scene.surroundings import ControlKind, LightState
 
@@ -25,6 +26,7 @@ class Wait(StationaryBehavior):
         "ahead is red or yellow, `oncoming` no oncoming traffic, `passed` no emergency vehicle with its lights on is "
         "behind or beside."
     )
+    phrase: ClassVar[PlanPhrase] = PlanPhrase("wait a moment", "waiting a moment")
 
     name: Literal["wait"] = "wait"
     duration_s: float = Field(ge=0.5, le=60.0)
@@ -46,3 +48,8 @@ class Wait(StationaryBehavior):
 
     def time_allowance_s(self, expected_s: float) -> float:
         return self.duration_s
+
+    def guided_parameters(self, reading: Interpretation, limits: GuidanceLimits) -> dict[str, float]:
+        """Return the duration of a stop where somebody gets out. See `Behavior.guided_parameters`."""
+        lets_out = reading.intent is GuidanceIntent.LET_ME_OUT
+        return {"duration_s": limits.wait_s} if limits.wait_s is not None and lets_out else {}

@@ -30,10 +30,6 @@ from stucksolver.scene import (
 )
 from stucksolver.scene.wording import stood_too_briefly, whereabouts
 
-MOVING_MPS = 5 / 3.6
-"""The detector's threshold: slower counts as standing."""
-NO_PROGRESS_M = 5.0
-"""The detector's measure of progress in its window: who moves and makes less goes round in a loop."""
 LIGHT_AHEAD_M = 20.0
 PEOPLE_CLEARANCE_M = 15.0
 
@@ -58,7 +54,7 @@ def _with_guidance(scene: Scene, limits: WaitLimits) -> Analysis:
     reading = scene.guidance.reading
     wanted = GuidanceIntent.UNCLEAR if reading is None else reading.intent
     step = _step("S2.1", wanted in REQUESTS, f'"{scene.guidance.text}" is read as: {describe_interpretation(reading)}')
-    stuck = scene.ego.speed_mps < MOVING_MPS and not scene.ego.at_destination
+    stuck = scene.ego.is_slow and not scene.ego.at_destination
     # Whatever the passenger says, the vehicle waits at lights and stop lines, and for people ahead.
     hold = _held_by_control(scene, limits) or _held_by_people(scene, limits)
     return Analysis(
@@ -82,14 +78,14 @@ def describe_interpretation(reading: Interpretation | None) -> str:
 def loops(scene: Scene) -> bool:
     """Return True if the ego moves and makes no progress."""
     progress_m = scene.ego.progress_20s_m
-    return scene.ego.speed_mps >= MOVING_MPS and progress_m is not None and progress_m < NO_PROGRESS_M
+    return not scene.ego.is_slow and progress_m is not None and progress_m < scene.ego.expected_progress_m
 
 
 def _without_guidance(scene: Scene, observation: Observation, limits: WaitLimits) -> Analysis:
     steps = [_step("S2.2", scene.ego.at_destination, _destination(scene))]
     if scene.ego.at_destination:
         return _waiting(steps, Hold(WaitReason.AT_DESTINATION, "the route is complete"))
-    moving = scene.ego.speed_mps >= MOVING_MPS
+    moving = not scene.ego.is_slow
     looping = loops(scene)
     # Adding 0.0 removes the sign of a zero.
     motion = f"{round(scene.ego.speed_mps, 1) + 0.0:.1f} m/s, stopped for {scene.ego.stopped_for_s:.1f} s"

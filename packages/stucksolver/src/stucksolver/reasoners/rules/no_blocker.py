@@ -7,7 +7,7 @@ import math
 from stucksolver.plan import Analysis, CauseCode, GuidanceIntent, RecoveryPlan, WaitReason
 from stucksolver.plan.behaviors import BackUp, KeepLane, PullOver, RejoinRoute, ReplanRoute, Wait
 from stucksolver.plan.behaviors.behavior import Behavior
-from stucksolver.reasoners.rules.analyze import MOVING_MPS, blocker, red_light_within
+from stucksolver.reasoners.rules.analyze import blocker, red_light_within
 from stucksolver.reasoners.rules.detour import elsewhere
 from stucksolver.reasoners.rules.gap_acceptance import enter_flow
 from stucksolver.reasoners.rules.pass_options import Way, pass_from_adjacent_lane
@@ -104,7 +104,7 @@ def _no_way_back(scene: Scene) -> bool:
 
 def _stands_at_light(scene: Scene, state: LightState) -> bool:
     """True if the vehicle has stood long enough at the line of a light in this state."""
-    stands = scene.ego.speed_mps < MOVING_MPS and scene.ego.stopped_for_s >= LOOKED_S
+    stands = scene.ego.is_slow and scene.ego.stopped_for_s >= LOOKED_S
     return stands and any(
         c.kind is ControlKind.TRAFFIC_LIGHT
         and c.state is state
@@ -117,4 +117,4 @@ def _stands_at_light(scene: Scene, state: LightState) -> bool:
 def _one(scene: Scene, behavior: Behavior, why: str) -> Way:
     if not scene.offers(behavior.name):
         return None, (None, f"the stack does not offer {behavior.name}")
-    return RecoveryPlan(behaviors=(behavior,)), (None, why)  # type: ignore[arg-type]
+    return RecoveryPlan(behaviors=(behavior,)), (None, why)

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from stucksolver.guard import NOBODY, RULES, Approvals, Guard, RejectCode, RejectReason, Verdict
 from stucksolver.ladder.rung_actions import Person
 from stucksolver.plan import RecoveryPlan
-from stucksolver.plan.behaviors import ApprovalLevel, KeepLane
-from stucksolver.plan.behaviors.behavior import CREEP_MPS
+from stucksolver.plan.behaviors import ApprovalLevel
 from stucksolver.scene import Scene
 from stucksolver.scene.frenet_scene import FrenetScene
 from stucksolver.solver.state_machine.execution import Execution
@@ -144,9 +143,7 @@ def approvable_rules(plan: RecoveryPlan) -> frozenset[str]:
     """The rules for which a person may be asked. A red light only if the plan creeps across it and does nothing
     else.
     """
-    creeps = (
-        len(plan.behaviors) == 1 and isinstance(item := plan.behaviors[0], KeepLane) and item.speed_mps <= CREEP_MPS
-    )
+    creeps = len(plan.behaviors) == 1 and plan.behaviors[0].may_cross_red_light
     return RELEASABLE | set(RED_LIGHT) if creeps else RELEASABLE
 
 

@@ -11,6 +11,7 @@ from dataclasses import replace
 from types import MappingProxyType
 
 from stucksolver.guard import NOBODY, Approvals
+from stucksolver.plan.behaviors import Check, names_with
 from stucksolver.scene import Claim, GuidanceIntent, Interpretation
 from stucksolver.solver.state_machine.pending_transition import PendingTransition
 from stucksolver.solver.state_machine.state import AwaitingApproval, AwaitingGap, Executing, Monitoring, State
@@ -29,10 +30,6 @@ CONFIRMS: Mapping[Claim, str] = MappingProxyType(
     {Claim.SOFT_OBJECT: "soft_object", Claim.LONG_STAY: "long_stay"},
 )
 """The claims that the guard uses, by its own names for them (`guard.policy.approvals.CLAIMS`)."""
-
-
-BARRED = Approvals(barred=frozenset({"drive_over"}))
-"""What a warning bars."""
 
 
 def add_claim(turn: PendingTransition, reading: Interpretation) -> bool:
@@ -68,7 +65,7 @@ def _take_back(turn: PendingTransition, reading: Interpretation) -> None:
     if reading.danger:
         turn.state = replace(turn.state, barred_m=turn.status.progress_m)
         running = turn.state.activity
-        if isinstance(running, Executing) and any(b.name in BARRED.barred for b in running.execution.plan.behaviors):
+        if isinstance(running, Executing) and any(Check.PASSABLE in b.checks for b in running.execution.plan.behaviors):
             turn.state = replace(
                 turn.state, activity=replace(running, execution=running.execution.withdrawn(), withdrawn=True)
             )
@@ -82,7 +79,7 @@ def active_claims(state: State, now_s: float) -> tuple[Claim, ...]:
 def as_guard_input(state: State, now_s: float) -> Approvals:
     """What the passenger has confirmed, in the form that the guard reads."""
     names = frozenset(CONFIRMS[claim] for claim in active_claims(state, now_s) if claim in CONFIRMS)
-    barred = BARRED.barred if state.barred_m is not None else frozenset()
+    barred = names_with(Check.PASSABLE) if state.barred_m is not None else frozenset()
     return Approvals(passenger=names, barred=barred) if names or barred else NOBODY
 
 

@@ -51,9 +51,6 @@ def blockage_text(turn: PendingTransition) -> str:
     return "; ".join(parts) or "nothing helps, and nothing is seen in the way"
 
 
-SETS_OFF_MPS = 5 / 3.6
-"""A faster vehicle is on its way again (m/s): the speed below which one counts as immobilized."""
-
 # ---- approval of a plan
 
 
@@ -144,7 +141,12 @@ def still_calls(turn: PendingTransition) -> bool:
     """True if help stays called although the vehicle is its driver's again, because it has not set off yet."""
     question, under_way = turn.state.question, turn.state.intervention
     calls = question is not None and question.kind is QuestionKind.ASSISTANCE
-    return calls and under_way is not None and under_way.stop_is_spent and abs(turn.status.speed_mps) < SETS_OFF_MPS
+    return (
+        calls
+        and under_way is not None
+        and under_way.stop_is_spent
+        and abs(turn.status.speed_mps) < turn.setup.detector.v_min_mps
+    )
 
 
 def resumes(turn: PendingTransition) -> Resume | None:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from stucksolver.guard import Guard
-from stucksolver.immobilization import Trigger
+from stucksolver.immobilization import DetectorSettings, Trigger
 from stucksolver.ladder import Ladder
 from stucksolver.reasoners import ReasonerAnswer
 from stucksolver.scene import Guidance, Scene, Status, Surroundings
@@ -85,6 +85,7 @@ class SolverSetup:
         reasoners: The reasoners' own names, by the ladder's names for them.
         ask_back: The text for a passenger whose words are not understood.
         observe_only: Judge plans, but never execute them.
+        detector: What counts as immobilized.
     """
 
     guard: Guard
@@ -92,3 +93,4 @@ class SolverSetup:
     reasoners: dict[str, str]
     ask_back: str
     observe_only: bool = False
+    detector: DetectorSettings = field(default_factory=DetectorSettings)

@@ -35,7 +35,7 @@ def minimal_risk(guard: Guard, view: FrenetScene, reason: str) -> RecoveryPlan:
     """Return the plan for the minimal risk condition: hazard lights, drive to the best place in reach, stop, call."""
     lights, call = HazardLights(), RequestAssistance(reason=reason[:200])
     way = way_to_stand(guard, view)
-    return RecoveryPlan(behaviors=(lights, call) if way is None else (lights, way, call))  # type: ignore[arg-type]
+    return RecoveryPlan(behaviors=(lights, call) if way is None else (lights, way, call))
 
 
 def way_to_stand(guard: Guard, view: FrenetScene) -> Behavior | None:

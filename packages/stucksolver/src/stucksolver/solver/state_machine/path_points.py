@@ -6,6 +6,7 @@ import numpy as np
 
 from stucksolver.guard import ProvenLeg, ProvenPlan
 from stucksolver.plan import Execute, PathPoint
+from stucksolver.plan.behaviors import Behavior
 from stucksolver.plan.frenet_path import FrenetPath, landing_m
 from stucksolver.plan.multi_point_turn import leg_driving_line
 from stucksolver.scene.frenet import Array
@@ -24,6 +25,14 @@ def along_leg(proven: ProvenLeg, view: FrenetScene) -> Execute:
     rows = np.stack([x, y, speed], axis=1).round(3).tolist()
     path = tuple(PathPoint(x_m=a, y_m=b, speed_mps=v) for a, b, v in rows)
     return Execute(behavior=proven.behavior, path=path, reverse=proven.reverse)
+
+
+def along_path(proven: ProvenPlan, view: FrenetScene, behavior: Behavior, *, over_red: bool) -> Execute:
+    """Return the rest of a proven path as a directive. `over_red`: an operator has approved a red light on it."""
+    turned = facing(view, proven)
+    rest = proven.path.from_station(turned.ego_s)
+    path = path_points(rest, turned, np.array([proven.committed(float(s)) for s in rest.s]))
+    return Execute(behavior=behavior, path=path, reverse=proven.reverse, ignore=proven.path.over, over_red=over_red)
 
 
 def facing(view: FrenetScene, proven: ProvenPlan) -> FrenetScene:

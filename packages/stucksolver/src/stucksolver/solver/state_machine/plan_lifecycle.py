@@ -109,7 +109,7 @@ def aside(turn: PendingTransition) -> Admission | None:
         behaviors = minimal_risk(turn.setup.guard, view, "").behaviors[:-1]
     if all(b.stands_still for b in behaviors):
         return None
-    return _admitted(turn, RecoveryPlan(behaviors=behaviors), guided=False, approvals=NOBODY)  # type: ignore[arg-type]
+    return _admitted(turn, RecoveryPlan(behaviors=behaviors), guided=False, approvals=NOBODY)
 
 
 def may_stop(turn: PendingTransition) -> bool:

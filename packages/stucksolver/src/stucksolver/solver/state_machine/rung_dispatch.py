@@ -134,6 +134,8 @@ def _ask(turn: PendingTransition, move: AskReasoner, trigger: Trigger) -> None:
         update={
             "stopped_for_s": 0.0 if slow_since is None else round(turn.now_s - slow_since, 2),
             "progress_20s_m": turn.inputs.progress_in_window_m,
+            "immobilized_below_mps": turn.setup.detector.v_min_mps,
+            "expected_progress_m": turn.setup.detector.progress_m,
         }
     )
     words = None if state.words is None else state.words.words

@@ -9,13 +9,17 @@ transitions and no other.
 from __future__ import annotations
 
 import inspect
+from collections.abc import Mapping
+from enum import Enum
+from typing import TypeVar
 
-from stucksolver.solver.state_machine import state
+from stucksolver.solver.state_machine import execution_phases
 from stucksolver.solver.state_machine.hand_back import FREE_S, HOLD_S, LONGEST_HOLD_S, MOVED_M, SETTLES_S
 from stucksolver.solver.state_machine.human_in_the_loop import AHEAD_M
 from stucksolver.solver.state_machine.state import StateName
 
 S = StateName
+N = TypeVar("N", bound=Enum)
 ACTIVITIES: dict[tuple[StateName, StateName], str] = {
     (S.MONITORING, S.QUERYING): "a trigger or words, and a reasoner is due on the ladder",
     (S.MONITORING, S.EXECUTING): "on the last rung, the guard accepts a way to a place to stand",
@@ -91,7 +95,7 @@ vehicle does while no plan is executed. While a plan is executed, the second par
 
 | state | what it means |
 |---|---|
-{_meanings()}
+{_meanings(StateName)}
 
 ```mermaid
 stateDiagram-v2
@@ -106,6 +110,22 @@ stateDiagram-v2
 ```
 
 {_table(POSTURES)}
+
+## The phases of a running plan
+
+While a plan is executed, `Execution.phase` says what it does. Every phase may also end the plan. The checks of the
+core's tests fail if an execution takes a transition that is not in the second table.
+
+| phase | what it means |
+|---|---|
+{_meanings(execution_phases.PhaseName)}
+
+```mermaid
+stateDiagram-v2
+{_diagram(execution_phases.TRANSITIONS)}
+```
+
+{_table(execution_phases.TRANSITIONS)}
 
 ## What holds the vehicle, and when that ends
 
@@ -122,11 +142,11 @@ passenger's words, an open question to a person, and what has failed are further
 """
 
 
-def _meanings() -> str:
+def _meanings(names: type[Enum]) -> str:
     """The explanation below each name."""
-    source = inspect.getsource(state.StateName)
+    source = inspect.getsource(names)
     rows = []
-    for item in StateName:
+    for item in names:
         after = source.split(f'{item.name} = "{item.value}"', 1)[1]
         rows.append(f"| {item.value} | {after.split(chr(34) * 3)[1]} |")
     return "\n".join(rows)
@@ -137,11 +157,11 @@ def _held() -> str:
     return "\n".join(["| reason | what happens | it ends when |", "|---|---|---|", *rows])
 
 
-def _diagram(rows: dict[tuple[StateName, StateName], str]) -> str:
+def _diagram(rows: Mapping[tuple[N, N], str]) -> str:
     return "\n".join(f"    {row.name.lower()} --> {other.name.lower()}" for row, other in rows)
 
 
-def _table(rows: dict[tuple[StateName, StateName], str]) -> str:
+def _table(rows: Mapping[tuple[N, N], str]) -> str:
     lines = [f"| {row.value} | {other.value} | {why} |" for (row, other), why in rows.items()]
     return "\n".join(["| from | to | when |", "|---|---|---|", *lines])
 

@@ -1,1 +1,1 @@
-"""Work outside the control loop: reasoners, the reader of words, and the clock that delivers their answers."""
+"""Work outside the control loop: reasoners, the interpreter, and the clock that delivers their answers."""

@@ -10,56 +10,56 @@ from typing import Protocol, TypeVar
 
 T = TypeVar("T")
 WAIT_LIMIT_S = 60.0
-"""The longest wall time for which a simulated world is held, unless a reasoner's deadline is longer. After that
-the answer counts as missing.
+"""Longest wall time for which a simulated world waits, unless a reasoner's deadline is longer (s). After that, the
+answer counts as missing. Ours.
 """
 
 
 @dataclass
 class Pending:
-    """One question under way, to a reasoner or to the reader of words."""
+    """Running query to a reasoner or to the interpreter."""
 
     asked_s: float
     asked_wall_s: float
     ticks: int = 0
-    """Number of calls of `step` since the question."""
+    """Number of calls of `step` since the query."""
     wait_s: float = WAIT_LIMIT_S
-    """The longest time for which a simulated world is held for the answer (s)."""
+    """Longest time for which a simulated world waits for the answer (s)."""
     took_s: float | None = None
-    """Wall time until the answer (s), once there is one."""
+    """Wall time until the answer (s); None before the answer."""
 
 
 class DeliveryClock(Protocol):
-    """Decides at each tick whether an answer may be delivered, and waits for it if time is only simulated."""
+    """Decision at each tick whether an answer may be delivered, with a wait for it if time is only simulated."""
 
     name: str
 
     def due(self, query: Pending, now_s: float, answer: Future[T]) -> bool:
-        """True if the answer should be taken now. It is ready, unless the reasoner hangs."""
+        """True if the answer should be used now. It is ready, unless the reasoner hangs."""
 
 
 class Lockstep:
-    """Delivers on the next tick, whatever the wall time, as the CARLA leaderboard does."""
+    """Delivery on the next tick, regardless of the wall time, as the CARLA leaderboard does."""
 
     name = "lockstep"
 
     def due(self, query: Pending, now_s: float, answer: Future[T]) -> bool:
-        """Always true; waits for the answer while the simulated world stands still."""
+        """Return True after waiting for the answer while the simulated world is stopped."""
         _wait(answer, query.wait_s)
         return True
 
 
 class FixedLatency:
-    """Delivers after a fixed time in a world that goes on."""
+    """Delivery after a fixed time in a world that continues."""
 
     def __init__(self, latency_s: float) -> None:
         if not 0 <= latency_s < math.inf:
-            raise ValueError(f"latency must be 0 s or more, and finite, not {latency_s}")
+            raise ValueError(f"latency must be finite and at least 0 s, not {latency_s}")
         self.latency_s = latency_s
         self.name = f"latency:{latency_s:g}"
 
     def due(self, query: Pending, now_s: float, answer: Future[T]) -> bool:
-        """True when the latency is over in the world's time."""
+        """True after the latency has passed in the world's time."""
         if now_s - query.asked_s < self.latency_s - 1e-6:
             return False
         _wait(answer, query.wait_s)
@@ -67,12 +67,12 @@ class FixedLatency:
 
 
 class MeasuredLatency:
-    """Delivers after as many ticks as the answer took in wall time; not repeatable."""
+    """Delivery after as many ticks as the answer took in wall time; not repeatable."""
 
     name = "latency:measured"
 
     def due(self, query: Pending, now_s: float, answer: Future[T]) -> bool:
-        """True when as much time has passed in the world as the answer took."""
+        """True after as much time has passed in the world as the answer took."""
         simulated = now_s - query.asked_s
         if not answer.done():
             _wait(answer, max(query.asked_wall_s + simulated - time.monotonic(), 0.0))
@@ -84,20 +84,21 @@ class MeasuredLatency:
 
 
 class WallClock:
-    """Delivers as soon as the answer is ready and never waits. For live stacks."""
+    """Delivery as soon as the answer is ready, without waiting. For live stacks."""
 
     name = "wall"
 
     def due(self, query: Pending, now_s: float, answer: Future[T]) -> bool:
-        """True when the answer is ready."""
+        """True if the answer is ready."""
         return answer.done()
 
 
 def _wait(answer: Future[T], timeout_s: float) -> None:
-    """Wait until the answer is ready (or failed, which the caller finds out) or the time is up."""
+    """Wait until the answer is ready (or failed, which the caller detects) or the time is up."""
     try:
         answer.exception(timeout=timeout_s)
     except TimeoutError:
+        # The caller checks whether the answer is done.
         return
 
 
@@ -105,7 +106,7 @@ CHOICES = "lockstep, latency:SECONDS, latency:measured or wall"
 
 
 def make_clock(text: str) -> DeliveryClock:
-    """Make a clock from its name.
+    """Create a clock from its name.
 
     Args:
         text: `lockstep`, `latency:SECONDS`, `latency:measured` or `wall`.

@@ -1,7 +1,7 @@
-"""Reads what people say outside the control loop, in the order in which it was said. A call to stop never waits.
+"""Interprets utterances outside the control loop, in their order. A call to stop never waits.
 
-Words queue: none are lost because others follow. A call to stop, or a warning of a collision, is recognized without the
-network (`stucksolver.word_safeguards.restraint.alarm`) and counts on the same tick, whatever is still being read.
+Utterances queue: none is lost because others follow. A call to stop, or a warning of a collision, is recognized without
+the network (`stucksolver.word_safeguards.restraint.alarm`). It counts on the same tick, regardless of the queue.
 """
 
 from __future__ import annotations
@@ -19,19 +19,17 @@ from stucksolver.solver.workers.delivery_clock import DeliveryClock, Lockstep, M
 from stucksolver.word_safeguards.restraint import STOPPING, alarm, held, restrained
 
 DEADLINE_S = 5.0
-"""Words that are not read this long after they were said count as unclear. The first words wait for the reader to
-load.
+"""Time after which an utterance without an interpretation counts as unclear (s). The first one waits for the
+interpreter to load. Ours.
 """
 MOST_WAITING = 32
-"""So many utterances wait to be read (ours: a minute of fast talk). What comes on top is not read and holds the
-vehicle.
-"""
-TOO_MANY = f"more than {MOST_WAITING} utterances wait to be read: the vehicle waits; say the last one again"
+"""Maximum length of the queue. Ours: a minute of fast talk. Further utterances only hold the vehicle."""
+TOO_MANY = f"more than {MOST_WAITING} utterances wait to be interpreted: the vehicle waits; say the last one again"
 
 
 @dataclass
 class _Utterance:
-    """Words that wait to be read. `alarmed`: they have already held the vehicle."""
+    """Utterance in the queue. `alarmed`: True if it has already held the vehicle."""
 
     words: Guidance
     said_s: float
@@ -42,10 +40,10 @@ class _Utterance:
 
 
 class InterpreterWorker:
-    """Words that are being read.
+    """Queue of utterances that are being interpreted.
 
-    Reading takes tens of milliseconds, so a clock that charges seconds for a language model's answers does not apply. A
-    simulated world waits for the reading; a live stack never does.
+    An interpretation takes tens of milliseconds, so a clock that charges seconds for a language model's answers does
+    not apply. A simulated world waits for the interpretation; a live stack never does.
     """
 
     def __init__(self, reader: Interpreter, clock: DeliveryClock) -> None:
@@ -56,11 +54,11 @@ class InterpreterWorker:
 
     @property
     def busy(self) -> bool:
-        """True while words are being read."""
+        """True while utterances are being interpreted."""
         return bool(self._alarms or self._waiting)
 
     def take(self, text: str, time_s: float, now_s: float, situation: str) -> None:
-        """Take new words, after those not read yet. `time_s` is the stack's time, `now_s` the solver's own."""
+        """Append an utterance to the queue. `time_s` is the stack's time, `now_s` the solver's own."""
         words, called = Guidance(text=text, time_s=time_s), alarm(text)
         if called is not None:
             self._call(GuidanceInput(words.model_copy(update={"reading": called})))
@@ -70,28 +68,28 @@ class InterpreterWorker:
             self._call(GuidanceInput(words.model_copy(update={"reading": held(text)}), TOO_MANY))
 
     def poll(self, now_s: float) -> GuidanceInput | None:
-        """Return the next words with their reading, once it is due; calls to stop come first."""
+        """Return the next utterance with its interpretation when it is due; calls to stop come first."""
         if self._alarms:
             return self._alarms.popleft()
         while self._waiting:
             head = self._waiting[0]
-            found = self._read(head, now_s)
-            if found is None:
+            result = self._read(head, now_s)
+            if result is None:
                 return None
             self._waiting.popleft()
-            reading = restrained(found[0], head.words.text)
+            reading = restrained(result[0], head.words.text)
             if not head.alarmed or reading.intent in STOPPING:
-                return GuidanceInput(head.words.model_copy(update={"reading": reading}), found[1])
+                return GuidanceInput(head.words.model_copy(update={"reading": reading}), result[1])
         return None
 
-    def _call(self, heard: GuidanceInput) -> None:
-        """Deliver a call to stop at the next poll. Of a flood, the first ones and every new danger are enough."""
-        more = _is_danger(heard) and not any(map(_is_danger, self._alarms))
-        if len(self._alarms) < MOST_WAITING or more:
-            self._alarms.append(heard)
+    def _call(self, guidance: GuidanceInput) -> None:
+        """Deliver a call to stop at the next poll. In a flood, the first ones and every new danger are enough."""
+        is_new_danger = _is_danger(guidance) and not any(map(_is_danger, self._alarms))
+        if len(self._alarms) < MOST_WAITING or is_new_danger:
+            self._alarms.append(guidance)
 
     def _read(self, head: _Utterance, now_s: float) -> tuple[Interpretation, str | None] | None:
-        """Return the reading of the words that are next, with the fault; None while it is not due."""
+        """Return the interpretation of the next utterance, with the fault; None while it is not due."""
         if head.query is None or head.reading is None:
             head.query, head.reading = Pending(now_s, time.monotonic()), Future[Interpretation]()
             work = (self.reader, head.words.text, head.situation, head.query, head.reading)
@@ -102,25 +100,25 @@ class InterpreterWorker:
         return _result(head.reading)
 
 
-def _is_danger(heard: GuidanceInput) -> bool:
-    return heard.words.reading is not None and heard.words.reading.danger
+def _is_danger(guidance: GuidanceInput) -> bool:
+    return guidance.words.reading is not None and guidance.words.reading.danger
 
 
 def _result(reading: Future[Interpretation]) -> tuple[Interpretation, str | None]:
-    """Return the reading, or an unclear one with the fault."""
-    nobody = NoInterpreter().read("", "")
+    """Return the interpretation, or an unclear one with the fault."""
+    unclear = NoInterpreter().read("", "")
     if not reading.done():
-        return nobody, f"the reader of words gave no answer within {DEADLINE_S:g} s"
+        return unclear, f"the interpreter gave no answer within {DEADLINE_S:g} s"
     error = reading.exception()
     if error is not None:
-        return nobody, f"the reader of words failed: {error}"
+        return unclear, f"the interpreter failed: {error}"
     return reading.result(), None
 
 
 def _read(reader: Interpreter, text: str, situation: str, query: Pending, reading: Future[Interpretation]) -> None:
     try:
         result = reader.read(text, situation)
-    except BaseException as error:  # noqa: BLE001 - kept for the taker, whatever a reader raises
+    except BaseException as error:  # noqa: BLE001 - any error is stored for the control loop, which reports it
         reading.set_exception(error)
     else:
         reading.set_result(result)

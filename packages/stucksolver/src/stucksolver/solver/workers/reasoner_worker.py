@@ -1,4 +1,4 @@
-"""Asks a reasoner outside the control loop: one question at a time, in its own thread, with a deadline."""
+"""Queries a reasoner outside the control loop: one query at a time, in its own thread, with a deadline."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from stucksolver.reasoners import Cancellable, ReasonerAnswer, ReasonerError
 from stucksolver.reasoners.reasoner import MalformedAnswerError, PlanCheck
 from stucksolver.scene.bounded_values import MalformedError, read_again
 from stucksolver.scene.frenet_scene import FrenetScene
-from stucksolver.scene.wording import in_one_line, said_by
+from stucksolver.scene.wording import error_text, in_one_line
 from stucksolver.solver.query import NoAnswer, Query
 from stucksolver.solver.state_machine.admission import preview_verdict
 from stucksolver.solver.workers.delivery_clock import WAIT_LIMIT_S, DeliveryClock, Pending
@@ -21,7 +21,7 @@ from stucksolver.solver.workers.reasoner_pool import MOST_VALUES, ReasonerPool
 
 
 class ReasonerWorker:
-    """Holds the question under way, if there is one.
+    """Holder of the running query, if there is one.
 
     Its threads are daemons: a reasoner that never answers does not keep the process from ending.
     """
@@ -34,12 +34,10 @@ class ReasonerWorker:
         self._pending: Pending | None = None
         self._answer: Future[ReasonerAnswer] | None = None
         self._calls: dict[str, Future[ReasonerAnswer]] = {}
-        """The last call by the ladder's name, including dropped ones. A reasoner never has two calls at once."""
+        """Last call by the ladder's name, including dropped ones. A reasoner never has two calls at once."""
 
     def work_on(self, query: Query | None) -> None:
-        """Work on this question, or on none. A reasoner that is working on another one is told to stop, if it
-        supports that.
-        """
+        """Start this query, or none. A reasoner with another running query is canceled, if it supports that."""
         if query is self._query:
             return
         self._drop()
@@ -47,14 +45,12 @@ class ReasonerWorker:
             self._begin(query)
 
     def at_work(self) -> frozenset[str]:
-        """Reasoners whose last call has not returned, by the ladder's names for them."""
+        """Return the reasoners whose last call has not returned, by their names in the ladder."""
         busy = {id(self._pool.reasoners[name]) for name, call in self._calls.items() if not call.done()}
         return frozenset(name for name, reasoner in self._pool.reasoners.items() if id(reasoner) in busy)
 
     def poll(self, now_s: float) -> ReasonerAnswer | NoAnswer | None:
-        """Return the answer when the clock delivers it, and on every tick after that until another question is
-        asked.
-        """
+        """Return the answer when the clock delivers it, and on every tick after that until the next query."""
         query, pending, answer = self._query, self._pending, self._answer
         if query is None or pending is None or answer is None:
             return None
@@ -70,13 +66,13 @@ class ReasonerWorker:
         if error is None:
             return answer.result()
         if isinstance(error, ReasonerError):
-            return NoAnswer(said_by(error), malformed=isinstance(error, MalformedAnswerError))
+            return NoAnswer(error_text(error), malformed=isinstance(error, MalformedAnswerError))
         return NoAnswer(f"{name} failed: {in_one_line(error)}")
 
     def _begin(self, query: Query) -> None:
         self._query = query
         # A simulated world waits as long as the reasoner may take and a little more, so that the reasoner can report
-        # why it has no answer.
+        # its reason for a missing answer.
         wait_s = max(WAIT_LIMIT_S, query.deadline_s + 5.0)
         self._pending = pending = Pending(query.asked_s, time.monotonic(), wait_s=wait_s)
         self._answer = self._calls[query.reasoner] = answer = Future[ReasonerAnswer]()
@@ -84,20 +80,21 @@ class ReasonerWorker:
         threading.Thread(target=_think, args=work, name="stucksolver-reasoner", daemon=True).start()
 
     def _drop(self) -> None:
-        """Drop the question under way, and tell the reasoner if it supports that."""
+        """Drop the running query, and cancel the reasoner if it supports that."""
         query, answer = self._query, self._answer
+        # The query is dropped first, so that an error of the reasoner cannot keep it.
         self._query = self._pending = self._answer = None
         if query is None or answer is None or answer.done():
             return
         reasoner: object = self._pool.reasoners[query.reasoner]
-        with contextlib.suppress(Exception):  # whatever a reasoner raises when it is told to stop
+        with contextlib.suppress(Exception):  # Its answer is dropped anyway, whatever the reasoner raises.
             if isinstance(reasoner, Cancellable):
                 reasoner.cancel()
 
     def _check(self, query: Query) -> PlanCheck | None:
-        """Return a check that says what the guard would say of a plan at the time of the question."""
-        seen = query.seen
-        if seen is None:
+        """Return a check with the guard's verdict on a plan at the time of the query, as text."""
+        surroundings = query.seen
+        if surroundings is None:
             return None
 
         def check(plan: RecoveryPlan) -> str:
@@ -106,8 +103,8 @@ class ReasonerWorker:
             except MalformedError as error:
                 return str(Verdict(rejects=(RejectReason(code=RejectCode.IMPLAUSIBLE, detail=str(error)),)))
             guided = intent_authorizes(query.reading, plan)
-            wanted = apply_guidance_limits(plan, query.reading)
-            return preview_verdict(wanted, FrenetScene(seen), query.asked_s, guard=self._guard, guided=guided)
+            limited = apply_guidance_limits(plan, query.reading)
+            return preview_verdict(limited, FrenetScene(surroundings), query.asked_s, guard=self._guard, guided=guided)
 
         return check
 
@@ -124,7 +121,7 @@ def _think(
             check=check,
             limit_s=query.deadline_s,
         )
-    except BaseException as error:  # noqa: BLE001 - kept for the taker, whatever a reasoner raises
+    except BaseException as error:  # noqa: BLE001 - any error is stored for the control loop, which reports it
         pending.took_s = time.monotonic() - pending.asked_wall_s
         answer.set_exception(error)
     else:
