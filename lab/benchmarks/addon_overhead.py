@@ -46,8 +46,8 @@ def in_own_process(measure: Callable[..., dict[str, float]], *arguments: Any) ->
     context = multiprocessing.get_context("spawn")
     with carlette_server("demo_town") as server:
         receiver, sender = context.Pipe(duplex=False)
-        told = (server.host, server.port, measure, arguments, sender)
-        client = context.Process(target=_apart, args=told, daemon=True)
+        process_arguments = (server.host, server.port, measure, arguments, sender)
+        client = context.Process(target=_apart, args=process_arguments, daemon=True)
         client.start()
         sender.close()
         try:

@@ -60,8 +60,8 @@ def main() -> int:
         return 0
     before = json.loads(BASELINE.read_text(encoding="utf-8"))
     for name, ratio in now.items():
-        told = f"{ratio / before[name]:.2f} times the baseline" if name in before else "new"
-        print(f"{name}: {ratio:.4g} empty loops, {told}")
+        change = f"{ratio / before[name]:.2f} times the baseline" if name in before else "new"
+        print(f"{name}: {ratio:.4g} empty loops, {change}")
     found = slower(now, before)
     print("\n".join(f"error: {line}" for line in found), file=sys.stderr, end="\n" if found else "")
     return int(bool(found))

@@ -38,7 +38,7 @@ def _measured(extent: str, more: str) -> dict[str, float]:
         RuntimeError: The process fails, for example because of too little memory.
     """
     paths = os.pathsep.join(filter(None, sys.path))
-    told = subprocess.run(
+    result = subprocess.run(
         [sys.executable, "-m", "lab.benchmarks.distilled_edge", extent, more],
         cwd=ROOT,
         env={**os.environ, "PYTHONPATH": paths},
@@ -46,9 +46,9 @@ def _measured(extent: str, more: str) -> dict[str, float]:
         text=True,
         check=False,
     )
-    if told.returncode:
-        raise RuntimeError(f"with {LIMIT_BYTES >> 20} MiB the student fails:\n{told.stderr[-2000:]}")
-    return dict(json.loads(told.stdout))
+    if result.returncode:
+        raise RuntimeError(f"with {LIMIT_BYTES >> 20} MiB the student fails:\n{result.stderr[-2000:]}")
+    return dict(json.loads(result.stdout))
 
 
 def _measure(smoke: bool, words: bool) -> dict[str, float]:

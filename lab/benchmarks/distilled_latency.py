@@ -54,13 +54,13 @@ def questions(count: int) -> Iterator[ReasonerRequest]:
     first = parked_car()
     for number in range(count):
         ego = first.ego.model_copy(update={"x_m": first.ego.x_m - MOVED_M * (number % 20)})
-        seen = first.model_copy(update={"ego": ego, "frame": first.frame + number})
-        view = FrenetScene(seen)
-        status = Status(time_s=seen.time_s, speed_mps=0.0, progress_m=0.0)
+        surroundings = first.model_copy(update={"ego": ego, "frame": first.frame + number})
+        view = FrenetScene(surroundings)
+        status = Status(time_s=surroundings.time_s, speed_mps=0.0, progress_m=0.0)
         scene = build_scene(view, status, describe(tuple(REGISTRY)))
         scene = scene.model_copy(update={"ego": scene.ego.model_copy(update={"stopped_for_s": 30.0 + number})})
 
-        def check(plan: RecoveryPlan, view: FrenetScene = view, now_s: float = seen.time_s) -> str:
+        def check(plan: RecoveryPlan, view: FrenetScene = view, now_s: float = surroundings.time_s) -> str:
             return preview_verdict(plan, view, now_s, guard=guard, guided=False)
 
         yield ReasonerRequest(scene, check)

@@ -93,11 +93,11 @@ def proposals_of(seed: int, number: int) -> Iterator[tuple[int, Proposal]]:
 
 def one(seed: int, number: int, k: int, judge_only: bool = False) -> Row | None:
     """Return proposal `k` of a scene, judged and, if accepted, driven; None if the rules wait."""
-    told = proposal_of(seed, number, k)
-    if told is None:
+    proposal = proposal_of(seed, number, k)
+    if proposal is None:
         return None
-    silent = math.nan if judge_only else told.silent
-    return judge_and_drive(told.world, told.plan, told.guided, silent, "rules" if k == 0 else "random")
+    silent = math.nan if judge_only else proposal.silent
+    return judge_and_drive(proposal.world, proposal.plan, proposal.guided, silent, "rules" if k == 0 else "random")
 
 
 def judge_and_drive(world: World, plan: RecoveryPlan, guided: bool, silent: float, source: str) -> Row:

@@ -122,8 +122,8 @@ def swings_round(case: Case) -> bool:
     d, half = case.frames[-1].other_d, (WIDTH_M + case.frames[-1].other.width) / 2
     s, within = case.recording.start.ego_s, []
     for point in order.path:
-        s, beside = case.end.road.find(point.x_m, point.y_m, s)
-        within.append(abs(beside - d) < half)
+        s, offset = case.end.road.find(point.x_m, point.y_m, s)
+        within.append(abs(offset - d) < half)
     return True not in within or not all(within[within.index(True) :])
 
 
@@ -159,9 +159,9 @@ def sets_off(case: Case) -> bool:
     if frames[began].other_speed > AT_REST_MPS or stood_s < ANSWERS_AFTER_S or contact.their_part == "rear":
         return False
     moves = range(began, case.last)
-    seen = next((k for k in moves if frames[k].visible and frames[k].other_speed > AT_REST_MPS), None)
+    visible_tick = next((k for k in moves if frames[k].visible and frames[k].other_speed > AT_REST_MPS), None)
     # The outcome of going on depends on the other's acceleration, which is unknown at that time.
-    return case.no_stop_avoids(seen, or_going_on=False)
+    return case.no_stop_avoids(visible_tick, or_going_on=False)
 
 
 @excuse("H14: the solver was silent past the commit point, and the oracle's vehicle has no braking of its own")
@@ -177,8 +177,8 @@ def silent(case: Case) -> bool:
     last = case.recording.orders[-1]
     if not (isinstance(last, Execute) and last.path) or case.contact.t <= since + last.expires_ticks * DT:
         return False
-    seen = next((k for k, frame in enumerate(frames[:-1]) if frame.t >= since and frame.visible), None)
-    return seen is not None and not case.no_stop_avoids(seen) and case.again(frozenset())
+    visible_tick = next((k for k, frame in enumerate(frames[:-1]) if frame.t >= since and frame.visible), None)
+    return visible_tick is not None and not case.no_stop_avoids(visible_tick) and case.again(frozenset())
 
 
 @excuse("A3: ran into the vehicle that stood, and could have stopped before it")

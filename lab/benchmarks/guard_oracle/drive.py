@@ -77,10 +77,12 @@ def drive(world: World, execution: Execution, silent_from: float) -> Ended:
     recording = Recording(world, silent_from)
     for k in range(round(MOST_S / DT)):
         if k % EVERY == 0 and world.t < silent_from:
-            told = execution.tick(FrenetScene(world.surroundings()), world.t)
-            if isinstance(told, ExecutionOutcome):
-                return Ended("finished" if told.finished else "given up", world.t, None, None, watch.missed, nearest)
-            order = told
+            directive = execution.tick(FrenetScene(world.surroundings()), world.t)
+            if isinstance(directive, ExecutionOutcome):
+                return Ended(
+                    "finished" if directive.finished else "given up", world.t, None, None, watch.missed, nearest
+                )
+            order = directive
             if lease is not None:
                 lease.renew(order)
         done, rests = world.ego.path_is_done, abs(world.ego.speed) < AT_REST_MPS
@@ -89,7 +91,7 @@ def drive(world: World, execution: Execution, silent_from: float) -> Ended:
             return Ended("silent, then handed over", world.t, None, None, watch.missed, nearest)
         recording.orders.append(now)
         world.step(now)
-        watch.look()
+        watch.update()
         hit = world.touched()
         if hit is not None:
             obeyed = "silent" if world.t > silent_from else type(now).__name__ if now is order else "fallback"

@@ -63,7 +63,7 @@ class Harm:
     off_road_m: float = 0.0
     """Increase of the distance off the road (m)."""
 
-    def shown(self, codes: Collection[str]) -> bool:
+    def justifies(self, codes: Collection[str]) -> bool:
         """True if there is harm of the kind that a rejection with these codes should prevent."""
         off_lane = RejectCode.LEAVES_LANE in codes and self.off_lane_m > LANE_M
         off_road = not OFF.isdisjoint(codes) and self.off_road_m > ROAD_M
@@ -136,7 +136,7 @@ def _out(world: World, names: tuple[str, ...]) -> float:
     """Return the distance by which the body reaches out of a set of adjacent lanes (m)."""
     lanes = [lane for lane in world.road.lanes if lane.name in names]
     _, _, right, left = world.ego_span()
-    return max(left - max(lane.left for lane in lanes), min(lane.right for lane in lanes) - right)
+    return max(left - max(lane.left_m for lane in lanes), min(lane.right_m for lane in lanes) - right)
 
 
 def _must_brake(world: World) -> float:

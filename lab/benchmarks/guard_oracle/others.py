@@ -156,7 +156,7 @@ class AlongLane(Other):
             self.v = min(self.v, was - (HARDEST_MPS2 if self.keeps_distance else ANSWERS_MPS2) * dt)
         self.v = max(self.v, 0.0)
         self.s += self.way * (was + self.v) / 2 * dt
-        x, y, yaw = world.road.place(self.s, self.d)
+        x, y, yaw = world.road.point_at(self.s, self.d)
         self._put(x, y, yaw if self.way > 0 else math.remainder(yaw + math.pi, math.tau), dt)
 
     def _strip(self) -> tuple[float, float]:
@@ -196,7 +196,7 @@ class AlongLane(Other):
         return rear_in - self.front < max(needed, 0.0) + KEEPS_M
 
     def _place(self, road: Road) -> None:
-        x, y, yaw = road.place(self.s, self.d)
+        x, y, yaw = road.point_at(self.s, self.d)
         heading = yaw if self.way > 0 else math.remainder(yaw + math.pi, math.tau)
         self.body.x, self.body.y, self.body.yaw = x, y, heading
         self.vx, self.vy = self.v * math.cos(heading), self.v * math.sin(heading)
@@ -255,7 +255,7 @@ class StepsOff(Other):
     walks: bool = False
 
     def start(self, world: Situation) -> None:
-        self.body.x, self.body.y, heading = world.road.place(self.s, self.d)
+        self.body.x, self.body.y, heading = world.road.point_at(self.s, self.d)
         self.body.yaw = heading + (math.pi / 2 if self.d < 0 else -math.pi / 2)
 
     def step(self, world: Situation, dt: float) -> None:
@@ -267,7 +267,7 @@ class StepsOff(Other):
         self._put(self.body.x + way * math.cos(yaw), self.body.y + way * math.sin(yaw), yaw, dt)
 
 
-def made(kind: ObjectKind, size: tuple[float, float, float] | None = None) -> tuple[Body, float]:
+def typical_body(kind: ObjectKind, size: tuple[float, float, float] | None = None) -> tuple[Body, float]:
     """Return a body with the typical size of its kind, not placed yet, and its height (m)."""
     length, width, height = size or SIZES[kind]
     return Body(0.0, 0.0, 0.0, length, width), height

@@ -45,7 +45,11 @@ def has_follower(seed: int, row: Row) -> bool:
     if lane is None:
         return False
     return any(
-        isinstance(o, AlongLane) and o.way > 0 and o.v > 0.5 and o.s < setting.ego_s and lane.right < o.d < lane.left
+        isinstance(o, AlongLane)
+        and o.way > 0
+        and o.v > 0.5
+        and o.s < setting.ego_s
+        and lane.right_m < o.d < lane.left_m
         for o in setting.others
     )
 
@@ -73,7 +77,7 @@ def compare(before: Path, after: Path) -> dict[str, Any]:
             counts[group]["newly accepted"] += now["accepted"] and not was["accepted"]
         if was["accepted"] and not now["accepted"]:
             harm = harm_of(seed, key[0], RecoveryPlan.model_validate({"behaviors": was["plan"]}), now["codes"])
-            shown = harm.shown(now["codes"])
+            shown = harm.justifies(now["codes"])
             for group in groups:
                 counts[group]["newly refused"] += 1
                 counts[group]["with harm shown"] += shown

@@ -36,11 +36,11 @@ class OwnLane:
     line: LineKind = LineKind.BROKEN
 
     @property
-    def right(self) -> float:
+    def right_m(self) -> float:
         return self.offset - self.width / 2
 
     @property
-    def left(self) -> float:
+    def left_m(self) -> float:
         return self.offset + self.width / 2
 
 
@@ -67,7 +67,7 @@ class Road:
         # Lists are far quicker than arrays here: single points are requested a hundred thousand times.
         self._line = self._x.tolist(), self._y.tolist(), turned.tolist()
 
-    def place(self, s: float, d: float = 0.0) -> tuple[float, float, float]:
+    def point_at(self, s: float, d: float = 0.0) -> tuple[float, float, float]:
         """Return (x, y, heading) of the point `s` meters along and `d` to the left; straight beyond the ends."""
         inside = min(max(s, 0.0), self.end)
         xs, ys, turned = self._line
@@ -83,15 +83,15 @@ class Road:
         """Return (s, d) of a point close to arc length `near`."""
         s = near
         for _ in range(6):
-            px, py, heading = self.place(s)
+            px, py, heading = self.point_at(s)
             step = (x - px) * math.cos(heading) + (y - py) * math.sin(heading)
             s += step
             if abs(step) < 1e-3:
                 break
-        px, py, heading = self.place(s)
+        px, py, heading = self.point_at(s)
         return s, (y - py) * math.cos(heading) - (x - px) * math.sin(heading)
 
-    def places(self, s: np.ndarray, d: float) -> tuple[np.ndarray, np.ndarray]:
+    def points_at(self, s: np.ndarray, d: float) -> tuple[np.ndarray, np.ndarray]:
         """Return (x, y) of many points within the length of the line."""
         heading = np.interp(s, self._s, self._turned)
         x, y = np.interp(s, self._s, self._x), np.interp(s, self._s, self._y)
@@ -104,7 +104,7 @@ class Road:
     def geometry(self) -> RoadGeometry:
         """Return the road as the stack would report it."""
         count = int(self.end / SPACING_M) + 1
-        points = tuple(self.place(SPACING_M * k)[:2] for k in range(count))
+        points = tuple(self.point_at(SPACING_M * k)[:2] for k in range(count))
         strips = tuple(
             LaneStrip(
                 id=lane.name,
@@ -127,9 +127,9 @@ def lanes_of(layout: str, width: float = 3.5) -> list[OwnLane]:
 
     The suffix "_shoulder" or "_parking" adds a strip of that kind on the right.
     """
-    base, _, beside = layout.partition("_")
+    base, _, strip = layout.partition("_")
     if base == "two":
-        base, _, beside = "two_way", "", beside.removeprefix("way").removeprefix("_")
+        base, _, strip = "two_way", "", strip.removeprefix("way").removeprefix("_")
     found = [OwnLane("own", 0.0, width)]
     left = width
     if base in ("multi", "both"):
@@ -139,7 +139,7 @@ def lanes_of(layout: str, width: float = 3.5) -> list[OwnLane]:
         found.append(OwnLane("oncoming", left, width, OPPOSITE))
     if base == "right":
         found.append(OwnLane("right", -width, width))
-    if beside:
-        kind = LaneKind.PARKING if beside == "parking" else LaneKind.SHOULDER
+    if strip:
+        kind = LaneKind.PARKING if strip == "parking" else LaneKind.SHOULDER
         found.append(OwnLane("roadside", -width / 2 - 1.15, 2.3, kind=kind))
     return found

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from lab.benchmarks.guard_oracle.bodies import Body
-from lab.benchmarks.guard_oracle.others import AlongLane, Other, StepsOff, Straight, made
+from lab.benchmarks.guard_oracle.others import AlongLane, Other, StepsOff, Straight, typical_body
 from lab.benchmarks.guard_oracle.road import Road
 from stucksolver.plan.behaviors import Behavior
 from stucksolver.scene import ControlKind, LightState, ObjectKind
@@ -120,8 +120,8 @@ def standing(
     name: str, road: Road, s: float, d: float, kind: ObjectKind = ObjectKind.CAR, *, turn: float = 0.0, role: str = ""
 ) -> Other:
     """Return a stopped object on the road, at an angle to its direction."""
-    body, height = made(kind)
-    x, y, heading = road.place(s, d)
+    body, height = typical_body(kind)
+    x, y, heading = road.point_at(s, d)
     body.x, body.y, body.yaw = x, y, heading + turn
     return Other(name, kind, body, height, role or "standing")
 
@@ -139,9 +139,9 @@ def driving(
     **more: Any,
 ) -> AlongLane:
     """Return a road user that moves along a lane of the road."""
-    body, height = made(kind)
-    inside = next((lane for lane in road.lanes if lane.right <= d <= lane.left), None)
-    lane = (inside.right, inside.left) if inside else (d - 1.75, d + 1.75)
+    body, height = typical_body(kind)
+    inside = next((lane for lane in road.lanes if lane.right_m <= d <= lane.left_m), None)
+    lane = (inside.right_m, inside.left_m) if inside else (d - 1.75, d + 1.75)
     return AlongLane(name, kind, body, height, role, s=s, d=d, v=v, way=way, lane=lane, **more)
 
 
@@ -158,15 +158,15 @@ def crossing(
     **more: Any,
 ) -> Straight:
     """Return a road user next to the road that moves straight, at an angle to it."""
-    body, height = made(kind, size)
-    x, y, heading = road.place(s, d)
+    body, height = typical_body(kind, size)
+    x, y, heading = road.point_at(s, d)
     body.x, body.y = x, y
     return Straight(name, kind, body, height, role, heading=heading + turn, v=v, **more)
 
 
 def at_the_kerb(name: str, s: float, d: float, trigger: float, pace: float = 1.4, *, height: float = 1.7) -> StepsOff:
     """Return a pedestrian that may step off the curb."""
-    body, _ = made(ObjectKind.PEDESTRIAN)
+    body, _ = typical_body(ObjectKind.PEDESTRIAN)
     return StepsOff(name, ObjectKind.PEDESTRIAN, body, height, "steps off", s=s, d=d, trigger=trigger, pace=pace)
 
 

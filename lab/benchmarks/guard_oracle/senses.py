@@ -64,17 +64,17 @@ def sights(
     tall = [body for body, height in hiding if height > TALL_M]
     found = []
     for lane in road.lanes:
-        seen = []
+        visible = []
         for way, most in ((1.0, min(ahead_m, road.end - eye_s)), (-1.0, min(behind_m, eye_s))):
             reach = max(most, 0.0)
             if tall and reach > STEP_M:
                 along = np.arange(STEP_M, reach, STEP_M)
-                x, y = road.places(eye_s + way * along, lane.offset)
+                x, y = road.points_at(eye_s + way * along, lane.offset)
                 hidden = np.zeros(len(along), dtype=bool)
                 for body in tall:
                     hidden |= crosses(eye, x, y, body)
                 first = np.flatnonzero(hidden)
                 reach = float(along[first[0]] - STEP_M) if len(first) else reach
-            seen.append(reach)
-        found.append(LaneSight.model_construct(lane_id=lane.name, ahead_m=seen[0], behind_m=seen[1]))
+            visible.append(reach)
+        found.append(LaneSight.model_construct(lane_id=lane.name, ahead_m=visible[0], behind_m=visible[1]))
     return tuple(found)

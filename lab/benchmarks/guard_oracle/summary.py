@@ -68,7 +68,9 @@ class Summary:
 
     def data(self) -> Row:
         """Return the complete summary for a JSON file."""
-        kept = [{key: value for key, value in row.items() if key not in ("accepted", "driven")} for row in self.found]
+        contacts = [
+            {key: value for key, value in row.items() if key not in ("accepted", "driven")} for row in self.found
+        ]
         return {
             "scenes": self.scenes,
             "driven_s": round(self.driven_s),
@@ -76,5 +78,5 @@ class Summary:
             "causes": self.causes(),
             "classes": {name: dict(counts) for name, counts in self.classes.items()},
             "ends": dict(self.ends),
-            "found": kept,
+            "found": contacts,
         }

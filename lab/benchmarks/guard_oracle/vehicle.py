@@ -59,7 +59,7 @@ class Manner:
     """Time from which the offset grows (s)."""
     follows: bool = False
 
-    def beside(self, t: float) -> float:
+    def drift_at(self, t: float) -> float:
         """Return the offset from the path that the drift has reached by the time `t` (m)."""
         grown = max(t - self.drifts_from, 0.0) * self.drift_rate
         return math.copysign(min(grown, abs(self.drift)), self.drift)
@@ -81,7 +81,7 @@ class Track:
         self._points = list(zip(self.x.tolist(), self.y.tolist(), self.s.tolist(), strict=True))
 
     @staticmethod
-    def of(order: Execute) -> Track:
+    def from_order(order: Execute) -> Track:
         """Return the path of a directive."""
         x = np.array([p.x_m for p in order.path])
         y = np.array([p.y_m for p in order.path])
@@ -103,13 +103,13 @@ class Track:
             dx, dy = to_x - from_x, to_y - from_y
             length = max(math.hypot(dx, dy), 1e-9)
             along = ((x - from_x) * dx + (y - from_y) * dy) / length
-            beside = (dx * (y - from_y) - dy * (x - from_x)) / length
+            offset = (dx * (y - from_y) - dy * (x - from_x)) / length
             low = -math.inf if k == 0 else 0.0
             high = math.inf if k == final else length
             out = along - min(max(along, low), high)
-            if math.hypot(out, beside) < best[0]:
+            if math.hypot(out, offset) < best[0]:
                 place = from_s + min(max(along, low), high)
-                best = (math.hypot(out, beside), place, beside, math.atan2(dy, dx), k)
+                best = (math.hypot(out, offset), place, offset, math.atan2(dy, dx), k)
         self.at = max(best[1], self.at - 0.5)
         k = best[4]
         after = self._direction(min(k + 2, final))
@@ -170,7 +170,7 @@ class Ego:
         """
         if isinstance(order, Execute) and order.path:
             if order is not self._order:
-                self._order, self._track = order, Track.of(order)
+                self._order, self._track = order, Track.from_order(order)
             self._braking_for = 0.0
             self._drive(order, t, dt, room, ahead)
             return
@@ -216,10 +216,10 @@ class Ego:
             self._track.advance(self.x, self.y)
             self.steer = 0.0
             return
-        beside, direction, curvature = self._track.advance(self.x, self.y)
+        offset, direction, curvature = self._track.advance(self.x, self.y)
         lever = WHEELBASE_M / 2
         course = self.yaw + math.atan(lever / WHEELBASE_M * math.tan(self.steer))
-        error = beside - self.manner.beside(t)
+        error = offset - self.manner.drift_at(t)
         approach = min(max(-error / REACH_M, -APPROACH_RAD), APPROACH_RAD)
         bend = curvature + wrapped(direction + approach - course) * 2.0 / REACH_M
         wanted = min(max(math.atan(WHEELBASE_M * bend), -LOCK_RAD), LOCK_RAD)

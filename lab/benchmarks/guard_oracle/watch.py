@@ -27,7 +27,7 @@ class Watch:
         rear, front, _, _ = self.world.ego_span()
         return rear < end and front - MISSED_M > start
 
-    def look(self) -> None:
+    def update(self) -> None:
         world, front = self.world, self.world.ego_span()[1]
         for k, control in enumerate(world.setting.controls):
             room = control.line - front

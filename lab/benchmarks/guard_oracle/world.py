@@ -31,7 +31,7 @@ class World:
         self.setting = setting
         self.road = setting.road
         self.geometry: RoadGeometry = geometry_of(setting)
-        x, y, heading = self.road.place(setting.ego_s, setting.ego_d)
+        x, y, heading = self.road.point_at(setting.ego_s, setting.ego_d)
         self.ego = Ego(x, y, heading + setting.ego_yaw, setting.ego_speed, manner)
         self.t = 0.0
         self.ego_stood = 30.0 if setting.ego_speed < AT_REST_MPS else 0.0
@@ -115,12 +115,12 @@ class World:
     def surroundings(self) -> Surroundings:
         """Return the present report of perception."""
         setting, ego = self.setting, self.ego
-        eye, seen = (ego.x, ego.y), []
+        eye, visible = (ego.x, ego.y), []
         for other in self.others:
             if self.sees(other):
                 if other.seen_at is None:
                     other.seen_at = self.t
-                seen.append(tracked(other, self.t))
+                visible.append(tracked(other, self.t))
         front = self.ego_span()[1]
         return Surroundings.model_construct(
             frame=round(self.t / DT),
@@ -135,7 +135,7 @@ class World:
                 width_m=WIDTH_M,
                 limits=LIMITS,
             ),
-            objects=tuple(seen),
+            objects=tuple(visible),
             controls=tuple(
                 TrafficControl(kind=c.kind, distance_m=c.line - front, applies=True, state=c.state(self.t))
                 for c in setting.controls
@@ -162,7 +162,7 @@ class World:
     def _locate(self) -> None:
         ego = self.ego
         self._s, self._d = self.road.find(ego.x, ego.y, self._s)
-        _, _, heading = self.road.place(self._s)
+        _, _, heading = self.road.point_at(self._s)
         c, n = math.cos(ego.yaw - heading), math.sin(ego.yaw - heading)
         a, b = LENGTH_M / 2, WIDTH_M / 2
         self._corners = [
@@ -194,13 +194,13 @@ def geometry_of(setting: Setting) -> RoadGeometry:
     if known is None:
         known = setting.road.geometry()
         setting.road._told = known  # type: ignore[attr-defined]
-    told: RoadGeometry = known
-    return told
+    geometry: RoadGeometry = known
+    return geometry
 
 
 def tracked(other: Other, t: float) -> TrackedObject:
     """Return one of the others in the report of a perfect tracker."""
-    seen = t - (other.seen_at or 0.0)
+    visible_s = t - (other.seen_at or 0.0)
     return TrackedObject.model_construct(
         id=other.name,
         kind=other.kind,
@@ -215,7 +215,7 @@ def tracked(other: Other, t: float) -> TrackedObject:
         stationary_s=other.stood,
         moved_s_ago=other.moved_ago,
         pushed=False,
-        seen_for_s=10.0 + seen,
+        seen_for_s=10.0 + visible_s,
         kind_confidence=0.95,
         hazard_lights=other.hazard,
         emergency_lights=None,

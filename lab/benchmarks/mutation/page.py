@@ -11,7 +11,7 @@ from lab.benchmarks.mutation.run import ROOT, all_mutants, sources
 from lab.benchmarks.mutation.session import is_general
 
 PAGE = ROOT / "results" / "mutation.md"
-KEPT = ROOT / "results" / "mutation" / "mutants.tsv"
+STORED = ROOT / "results" / "mutation" / "mutants.tsv"
 BOUNDARY = "boundary"
 MEANINGS = {
     "arithmetic": "another operator between two numbers or masks",
@@ -38,11 +38,11 @@ def write_page(found: Path) -> None:
     results = read(found)
     files = sources()
     listed = {(name, mutant.line, mutant.kind, mutant.change(files[name])) for name, mutant in all_mutants(files)}
-    kept = [result for result in results if result.key in listed]
-    if not kept:
+    present = [result for result in results if result.key in listed]
+    if not present:
         raise SystemExit(f"error: no result belongs to a line of the present sources: {found}. Run the mutants again")
-    write(KEPT, kept)
-    PAGE.write_text(page(kept, len(listed), len(results) - len(kept)), encoding="utf-8")
+    write(STORED, present)
+    PAGE.write_text(page(present, len(listed), len(results) - len(present)), encoding="utf-8")
 
 
 def page(results: list[Result], listed: int, outdated: int) -> str:

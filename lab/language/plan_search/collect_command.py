@@ -21,9 +21,12 @@ class CollectOptions:
     suite: str
     out: Path
     seed: int = 1
+    """Seed of the traffic."""
     routes: tuple[str, ...] = ()
     best: int = 10
+    """Number of plans driven exactly at each standstill. Ours."""
     jobs: int = 2
+    """Number of drives in parallel. Ours."""
     driver: str = "behavior:normal"
     ladder: Path | None = None
     maps: str | None = None

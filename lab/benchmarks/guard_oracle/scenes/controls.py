@@ -12,7 +12,7 @@ from stucksolver.scene import ControlKind, LightState, ZoneKind
 L = LightState
 
 
-def on(draw: Drawn) -> list[Behavior]:
+def straight_behaviors(draw: Drawn) -> list[Behavior]:
     """Return random behaviors that drive straight ahead, some of them far."""
     what = draw.random()
     if what < 0.7:
@@ -28,7 +28,7 @@ def light(draw: Drawn) -> Setting:
     line = EGO_S + 2.45 + draw.uniform(1.0, 30.0)
     start = line + draw.uniform(1.0, 4.0)
     street = road(draw, draw.choice(["two_way", "multi"]), bends=0.0, zones=[(ZoneKind.JUNCTION, start, start + 14.0)])
-    setting = Setting(street, propose=on)
+    setting = Setting(street, propose=straight_behaviors)
     then = draw.choice([L.RED, L.YELLOW, L.OFF, L.OFF, L.UNKNOWN])
     changes = draw.uniform(0.1, 8.0)
     setting.controls.append(Control(ControlKind.TRAFFIC_LIGHT, line, L.GREEN, then, changes))
@@ -47,7 +47,7 @@ def stop_sign(draw: Drawn) -> Setting:
     line = EGO_S + 2.45 + draw.uniform(2.0, 35.0)
     start = line + draw.uniform(1.0, 4.0)
     street = road(draw, "two_way", bends=0.0, zones=[(ZoneKind.JUNCTION, start, start + 14.0)])
-    setting = Setting(street, propose=on)
+    setting = Setting(street, propose=straight_behaviors)
     near = draw.uniform(3.0, 30.0)
     if draw.random() < 0.6:
         setting.controls.append(Control(ControlKind.STOP_SIGN, line, seen_from=near))
@@ -65,7 +65,7 @@ def rails(draw: Drawn) -> Setting:
     start = EGO_S + draw.uniform(-5.0, 18.0)
     zones = [(ZoneKind.LEVEL_CROSSING, start, start + 7.0)]
     street = road(draw, draw.choice(["two_way", "multi"]), bends=0.0, zones=zones)
-    setting = Setting(street, propose=on)
+    setting = Setting(street, propose=straight_behaviors)
     if draw.random() < 0.5:
         from_left = draw.random() < 0.5
         d = (1 if from_left else -1) * draw.uniform(60.0, 110.0)

@@ -39,14 +39,14 @@ def swung_round(draw: Drawn) -> Setting:
     lead.stood = draw.uniform(2.0, 60.0) if v == 0.0 else 0.0
     lead.moved_ago = draw.choice([None, lead.stood]) if v == 0.0 else 0.0
     setting = Setting(street, [lead], ahead_m=230.0)
-    beside = street.lanes[1]
-    if draw.random() < 0.4 and beside.name != "roadside":
-        comes = beside.name == "oncoming"
+    adjacent_lane = street.lanes[1]
+    if draw.random() < 0.4 and adjacent_lane.name != "roadside":
+        comes = adjacent_lane.name == "oncoming"
         s = EGO_S + draw.uniform(60.0, 220.0) if comes else EGO_S - draw.uniform(12.0, 60.0)
         role = "comes the other way" if comes else "comes up in the lane entered"
         other_v, way = draw.uniform(3.0, street.limit), -1 if comes else 1
         more = brakes(draw, 0.2)
-        setting.others.append(driving("other", street, s, beside.offset, other_v, role, way=way, **more))
+        setting.others.append(driving("other", street, s, adjacent_lane.offset, other_v, role, way=way, **more))
 
     def propose(again: Drawn) -> list[Behavior]:
         what = again.random()
@@ -54,9 +54,9 @@ def swung_round(draw: Drawn) -> Setting:
             side = again.choice((*SIDES, SIDES[0]))
             offset, way = again.uniform(0.3, 1.5), again.uniform(4.0, 40.0)
             return [Nudge(side=side, offset_m=offset, distance_m=way, speed_mps=again.uniform(0.8, 5.5))]
-        if beside.name == "oncoming":
+        if adjacent_lane.name == "oncoming":
             return borrow(again)
-        change = change_to("right" if beside.name == "right" else "left")(again)
+        change = change_to("right" if adjacent_lane.name == "right" else "left")(again)
         if what < 0.5 and isinstance(change[0], ChangeLane):
             return [change[0], RejoinRoute()]
         return change

@@ -22,7 +22,7 @@ def borrow(draw: Drawn) -> list[Behavior]:
 
 
 @scene_class("oncoming, seen")
-def seen(draw: Drawn) -> Setting:
+def visible_oncoming(draw: Drawn) -> Setting:
     """Return a scene with a stationary object in the ego's lane and oncoming traffic."""
     on = road(draw, "two_way", bends=0.4)
     lane = on.lane("oncoming")

@@ -46,9 +46,9 @@ def abreast(draw: Drawn) -> Setting:
 
     It is in the adjacent lane or at the roadside.
     """
-    beside = draw.choice(["multi", "right", "two_way_shoulder", "multi_shoulder"])
-    on = road(draw, beside)
-    lane = on.lane("roadside" if beside.endswith("shoulder") else ("left" if beside == "multi" else "right"))
+    layout = draw.choice(["multi", "right", "two_way_shoulder", "multi_shoulder"])
+    on = road(draw, layout)
+    lane = on.lane("roadside" if layout.endswith("shoulder") else ("left" if layout == "multi" else "right"))
     kinds = [K.BICYCLE, K.MOTORCYCLE] if lane.name == "roadside" else [K.CAR, K.VAN, K.TRUCK, K.MOTORCYCLE, K.BICYCLE]
     setting = Setting(on)
     if draw.random() < 0.5:
@@ -64,7 +64,7 @@ def abreast(draw: Drawn) -> Setting:
 
     def propose(again: Drawn) -> list[Behavior]:
         if again.random() < 0.5:
-            return change_to("right" if beside == "right" else "left")(again)
+            return change_to("right" if layout == "right" else "left")(again)
         return [PullOver(distance_m=again.uniform(10.0, 40.0), speed_mps=again.uniform(1.0, 5.0))]
 
     setting.propose = propose

@@ -10,7 +10,7 @@ from lab.benchmarks.guard_oracle.scenes.usual import EGO_S, K, blocker, pose, ro
 from stucksolver.plan.behaviors import Behavior, Creep, KeepLane, Nudge, PullOver
 
 
-def on(draw: Drawn) -> list[Behavior]:
+def straight_behaviors(draw: Drawn) -> list[Behavior]:
     """Return random behaviors: straight on, fast or slowly, or slightly to the side."""
     what = draw.random()
     if what < 0.5:
@@ -26,7 +26,7 @@ def on(draw: Drawn) -> list[Behavior]:
 def people(draw: Drawn) -> Setting:
     """Return a scene with visible pedestrians: some stand at the curb and step off, some walk along, some cross."""
     street = road(draw, draw.choice(["two_way", "two_way_shoulder", "multi"]))
-    setting = Setting(street, propose=on)
+    setting = Setting(street, propose=straight_behaviors)
     if draw.random() < 0.25:
         setting.others.append(blocker(draw, street))
     for k in range(draw.randint(1, 3)):
@@ -51,7 +51,7 @@ def late(draw: Drawn) -> Setting:
     The pedestrian may be as small as a child.
     """
     street = road(draw, "two_way_parking")
-    setting = Setting(street, propose=on)
+    setting = Setting(street, propose=straight_behaviors)
     s = EGO_S + draw.uniform(-4.0, 10.0)
     for k in range(draw.randint(2, 4)):
         kind = draw.choice([K.CAR, K.CAR, K.VAN, K.TRUCK])

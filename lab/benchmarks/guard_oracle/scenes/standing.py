@@ -14,7 +14,7 @@ def swing_out(draw: Drawn) -> Setting:
     """Return a narrow scene with an object ahead, and parked vehicles on one side or both."""
     street = road(draw, draw.choice(["two_way_parking", "multi", "two_way"]))
     setting = Setting(street, [blocker(draw, street)])
-    far = street.lanes[1].left
+    far = street.lanes[1].left_m
     for k in range(draw.randint(1, 4)):
         right = draw.random() < 0.6
         d = -draw.uniform(2.1, 3.0) if right else far - draw.uniform(0.2, 1.3)

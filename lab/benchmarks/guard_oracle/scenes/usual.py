@@ -42,7 +42,7 @@ def blocker(draw: Drawn, on: Road, name: str = "lead") -> Other:
     aside = draw.uniform(-1.3, 0.5)
     found = standing(name, on, 0.0, 0.0, kind, turn=draw.gauss(0.0, 0.05))
     s = EGO_S + 2.45 + gap + found.body.length / 2
-    x, y, heading = on.place(s, aside)
+    x, y, heading = on.point_at(s, aside)
     found.body.x, found.body.y, found.body.yaw = x, y, heading + draw.gauss(0.0, 0.05)
     found.stood = draw.uniform(4.0, 60.0)
     found.hazard = draw.random() < 0.5

@@ -11,6 +11,7 @@ from lab.perception.evaluation.metrics.matching import Flags
 from stucksolver_perception.measurements import Floats
 
 LEAST_RECALL, LEAST_PRECISION = 0.1, 0.1
+"""Recall and precision above which the area counts, as in nuScenes."""
 LEVELS = 101
 """Number of recall levels from 0 to 1; the curve is interpolated linearly between them."""
 

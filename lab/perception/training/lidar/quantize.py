@@ -13,7 +13,9 @@ QUANTISED = ["Conv", "ConvTranspose", "Relu", "Add"]
 
 
 def quantise(file: Path, to: Path, inputs: Iterator[dict[str, Any]]) -> None:
-    """Post-training static quantization, per channel, with onnxruntime's tools (Jacob et al. 2018).
+    """Quantize a network: static quantization after training, per channel, with onnxruntime's tools (Jacob et al.
+
+    2018).
 
     Args:
         file: The exported network.
@@ -29,7 +31,7 @@ def quantise(file: Path, to: Path, inputs: Iterator[dict[str, Any]]) -> None:
 
     logging.getLogger().setLevel(logging.ERROR)
     plain = to.with_suffix(".plain.onnx")
-    # Fuses batch normalizations into their convolutions before quantization.
+    # Merge batch normalizations into their convolutions before quantization.
     quant_pre_process(str(file), str(plain), skip_symbolic_shape=True)
     quantize_static(
         str(plain),

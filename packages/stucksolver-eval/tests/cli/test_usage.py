@@ -58,8 +58,8 @@ def test_command_invalid_value_error_names_option_and_format(capsys, command, to
 @pytest.mark.parametrize(
     ("command", "told"),
     [
-        ("--port abc", "--port: 'abc' is not a port; give a number from 0 to 65534"),
-        ("--port 65535", "--port: '65535' is not a port"),
+        ("--port abc", "--port: not a port: 'abc'. Give a number from 0 to 65534"),
+        ("--port 65535", "--port: not a port: '65535'"),
         ("--seed x", "--seed"),
         ("--maps", "--maps"),
     ],
