@@ -190,10 +190,10 @@ LIMITS = EgoState.model_fields["limits"].get_default()
 
 def geometry_of(setting: Setting) -> RoadGeometry:
     """Return the description of a scene's road, created once."""
-    known: Any = getattr(setting.road, "_told", None)
+    known: Any = getattr(setting.road, "_geometry", None)
     if known is None:
         known = setting.road.geometry()
-        setting.road._told = known  # type: ignore[attr-defined]
+        setting.road._geometry = known  # type: ignore[attr-defined]
     geometry: RoadGeometry = known
     return geometry
 

@@ -95,7 +95,7 @@ def reach_of(items: list[pytest.Item], session: Session, root: Path, processes: 
     jobs = (Job(chunk, lambda chunk=chunk: work(chunk), LONGEST_S) for chunk in chunks)  # type: ignore[misc]
     for count, ended in enumerate(in_forks(jobs, processes), 1):
         found.left_out.update(dict.fromkeys(ended.key, ended.how))
-        for k, outcome, took_s, lines in ended.told:
+        for k, outcome, took_s, lines in ended.messages:
             found.left_out[k] = outcome
             if outcome != "passed":
                 continue

@@ -215,8 +215,8 @@ class Run:
             jobs.append(Job(tests, lambda tests=tests: self._until_failed(tests, items, every=True), cpu_s))  # type: ignore[misc]
         for ended in in_forks(jobs, self._options.processes):
             if ended.how != "done":
-                found += [k for k in ended.key if k not in [item[0] for item in ended.told]]
-            found += [k for k, outcome, _ in ended.told if outcome == "failed"]
+                found += [k for k in ended.key if k not in [item[0] for item in ended.messages]]
+            found += [k for k, outcome, _ in ended.messages if outcome == "failed"]
         return found
 
     def _until_failed(self, tests: list[int], items: list[pytest.Item], every: bool = False) -> Iterator[list[Any]]:
@@ -326,7 +326,7 @@ class Run:
     def _result(self, ended: Ended) -> Result | None:
         """Return a mutant's result; None if the change could not be put in place."""
         file, mutant, reaching, planned = ended.key
-        messages = ended.told
+        messages = ended.messages
         if messages and messages[0][0] == NO_CHANGE:
             say(f"{file}:{mutant.line} {mutant.kind}: {messages[0][1]}")
             return None

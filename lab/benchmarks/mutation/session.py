@@ -112,7 +112,7 @@ class _Child:
     pipe: int
     folder: str
     until_s: float
-    told: bytes = b""
+    messages: bytes = b""
 
 
 @dataclass(frozen=True)
@@ -121,13 +121,13 @@ class Ended:
 
     Attributes:
         key: The job's.
-        told: The messages of its work.
+        messages: The messages of its work.
         how: `done`, `time` (over its limit) or `died`.
         took_s: CPU time (s).
     """
 
     key: Any
-    told: list[Any]
+    messages: list[Any]
     how: str
     took_s: float
 
@@ -151,7 +151,7 @@ def in_forks(jobs: Iterable[Job], processes: int) -> Iterator[Ended]:
             child = running[pipe]
             part = os.read(pipe, 1 << 16)
             if part:
-                child.told += part
+                child.messages += part
                 continue
             del running[pipe]
             yield _ended(child)
@@ -199,7 +199,7 @@ def _ended(child: _Child) -> Ended:
     # End the processes that a test has started and not ended.
     _kill(child.pid)
     shutil.rmtree(child.folder, ignore_errors=True)
-    messages = [json.loads(line) for line in child.told.splitlines() if line.endswith(b"]")]
+    messages = [json.loads(line) for line in child.messages.splitlines() if line.endswith(b"]")]
     if os.WIFSIGNALED(status):
         how = "time" if os.WTERMSIG(status) in (signal.SIGXCPU, signal.SIGKILL) else "died"
     else:

@@ -104,7 +104,7 @@ class Places:
 
     def vehicles(self, ego: ActorPose, total: int, most: int) -> list[ActorPose]:
         """Draw poses for `total` vehicles, of which at most `most` are in view; the others are far away."""
-        visible, bearing, distance = self._seen(ego)
+        visible, bearing, distance = self._visible(ego)
         random = self._random
         taken: list[int] = []
         for _ in range(min(most, total)):
@@ -122,7 +122,7 @@ class Places:
 
     def walkers(self, ego: ActorPose, total: int, most: int) -> list[ActorPose]:
         """Draw poses for `total` pedestrians, of which at most `most` are within 120 m, on lanes or beside them."""
-        visible, _, distance = self._seen(ego)
+        visible, _, distance = self._visible(ego)
         near = visible[distance[visible] < 120.0]
         if not len(near):
             return self._filled([], total)
@@ -145,7 +145,7 @@ class Places:
         side = math.radians(yaw + 90.0)
         return ActorPose(x + right_m * math.cos(side), y + right_m * math.sin(side), z, pitch, yaw + turned_deg, roll)
 
-    def _seen(self, ego: ActorPose) -> tuple[NDArray[np.int64], Floats, Floats]:
+    def _visible(self, ego: ActorPose) -> tuple[NDArray[np.int64], Floats, Floats]:
         """Return the indices of positions in the camera's cone, and bearing (rad) and distance (m) of all positions."""
         offset = self._rows[:, :2] - np.array([ego.x, ego.y])
         distance = np.hypot(offset[:, 0], offset[:, 1])
@@ -158,7 +158,7 @@ class Places:
         """Return each position's probability for the ego, from the amount of road far ahead and near the axis."""
         chances = np.zeros(len(self._rows))
         for k, (x, y, z, _, yaw, _) in enumerate(self._rows.tolist()):
-            _, bearing, distance = self._seen(ActorPose(x, y, z, 0.0, yaw, 0.0))
+            _, bearing, distance = self._visible(ActorPose(x, y, z, 0.0, yaw, 0.0))
             chances[k] = np.sum((distance > 90.0) & (distance < FARTHEST_M) & (np.abs(bearing) < AXIS_RAD / 2.0))
         chances = np.minimum(chances, 60.0) ** 2 + 1e-3
         return np.asarray(chances / chances.sum())

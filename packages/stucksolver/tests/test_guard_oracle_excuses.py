@@ -374,9 +374,9 @@ def test_ego_moving_side_into_step_off_is_not_excused():
     assert not causes.into_our_side(case)
 
 
-def test_every_excuse_names_what_it_stands_for():
+def test_every_excuse_names_what_it_represents():
     assert len(causes.EXCUSES) == 12
-    assert all("Stands for" in (holds.__doc__ or "") for holds in causes.EXCUSES.values())
+    assert all("Represents" in (holds.__doc__ or "") for holds in causes.EXCUSES.values())
 
 
 @pytest.mark.integration

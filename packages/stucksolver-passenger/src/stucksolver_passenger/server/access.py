@@ -13,7 +13,7 @@ from fastapi.responses import JSONResponse, StreamingResponse
 from stucksolver_language.intent.lexical_safeguards import is_stop_phrase
 from stucksolver_passenger.access_tokens import TokenHolder, Tokens
 from stucksolver_passenger.api_types import CommandKind
-from stucksolver_passenger.server.connection_limits import Place, source_of
+from stucksolver_passenger.server.connection_limits import ConnectionSlot, source_of
 from stucksolver_passenger.server.fleet_state import Board, Vehicle
 from stucksolver_passenger.server.rate_limits import (
     ALL_COMMANDS,
@@ -115,7 +115,7 @@ class CountedStream(StreamingResponse):
             await refused(scope, receive, send)
             return
         try:
-            place: Place | None = scope.get("state", {}).get(PLACE)
+            place: ConnectionSlot | None = scope.get("state", {}).get(PLACE)
             if place is not None:
                 place.stays()
             await super().__call__(scope, receive, send)

@@ -43,7 +43,7 @@ class Phase(Enum):
     ANSWER = "answer"
 
 
-class Place:
+class ConnectionSlot:
     """The place of one connection, from its first byte to its end. Only one event loop may use it."""
 
     def __init__(self, places: Places, source: str, abort: Callable[[], None]) -> None:
@@ -121,18 +121,18 @@ class Places:
 
     def __init__(self, limits: PlaceLimits | None = None) -> None:
         self.limits = limits or PlaceLimits()
-        self._waiting: dict[str, OrderedDict[Place, None]] = {}
+        self._waiting: dict[str, OrderedDict[ConnectionSlot, None]] = {}
         """Connections by address, the oldest first."""
         self._count = 0
         self._held: Counter[Hashable] = Counter()
 
-    def take(self, address: str, abort: Callable[[], None]) -> Place:
+    def take(self, address: str, abort: Callable[[], None]) -> ConnectionSlot:
         """Give a new connection from an address a place. `abort` ends the connection."""
-        place = Place(self, source_of(address), abort)
+        place = ConnectionSlot(self, source_of(address), abort)
         self._wait(place)
         return place
 
-    def hold(self, place: Place, shares: tuple[tuple[Hashable, int], ...]) -> bool:
+    def hold(self, place: ConnectionSlot, shares: tuple[tuple[Hashable, int], ...]) -> bool:
         """Stop counting a place as waiting, if none of the shares is used up."""
         if place.held_for:
             return True
@@ -143,7 +143,7 @@ class Places:
         self._held.update(place.held_for)
         return True
 
-    def release(self, place: Place) -> None:
+    def release(self, place: ConnectionSlot) -> None:
         """Count a place as waiting again, as the newest."""
         if place.held_for:
             self._unhold(place)
@@ -151,7 +151,7 @@ class Places:
             self._unwait(place)
         self._wait(place)
 
-    def remove(self, place: Place) -> None:
+    def remove(self, place: ConnectionSlot) -> None:
         """Remove a place."""
         if place.held_for:
             self._unhold(place)
@@ -163,14 +163,14 @@ class Places:
         """Number of connections without a valid token."""
         return self._count
 
-    def _wait(self, place: Place) -> None:
+    def _wait(self, place: ConnectionSlot) -> None:
         self._waiting.setdefault(place.source, OrderedDict())[place] = None
         self._count += 1
         if self._count > self.limits.waiting:
             crowded = max(self._waiting.values(), key=len)
             next(iter(crowded)).abort()
 
-    def _unwait(self, place: Place) -> None:
+    def _unwait(self, place: ConnectionSlot) -> None:
         here = self._waiting.get(place.source, OrderedDict())
         if place in here:
             del here[place]
@@ -178,7 +178,7 @@ class Places:
             if not here:
                 del self._waiting[place.source]
 
-    def _unhold(self, place: Place) -> None:
+    def _unhold(self, place: ConnectionSlot) -> None:
         self._held.subtract(place.held_for)
         self._held += Counter()  # removes entries of zero
         place.held_for = ()

@@ -13,7 +13,7 @@ from typing import Any
 import uvicorn
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
-from stucksolver_passenger.server.connection_limits import Place, PlaceLimits, Places
+from stucksolver_passenger.server.connection_limits import ConnectionSlot, PlaceLimits, Places
 from stucksolver_passenger.server.request_filter import PLACE, App
 
 ACCEPTED_AT_ONCE = 64
@@ -47,7 +47,7 @@ class Connection(asyncio.Protocol):
     def __init__(self, **uvicorns: Any) -> None:
         self._uvicorns = uvicorns
         self._http: H11Protocol | None = None
-        self._place: Place | None = None
+        self._place: ConnectionSlot | None = None
         self._transport: asyncio.Transport | None = None
         """None until the TLS handshake is complete."""
         self._early = bytearray()

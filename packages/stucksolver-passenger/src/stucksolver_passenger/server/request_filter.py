@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Awaitable, Callable, Hashable, MutableMapping
 from typing import Any
 
-from stucksolver_passenger.server.connection_limits import Place
+from stucksolver_passenger.server.connection_limits import ConnectionSlot
 from stucksolver_passenger.server.rate_limits import BODY_BYTES, TARGET_BYTES
 
 Scope = MutableMapping[str, Any]
@@ -106,7 +106,7 @@ class RequestFilter:
         return self._headers | {"cache-control": CACHED} if path.startswith(VOICE) else self._headers
 
     async def _http(self, scope: Scope, receive: Receive, send: Send) -> None:
-        place: Place | None = scope.get("state", {}).get(PLACE)
+        place: ConnectionSlot | None = scope.get("state", {}).get(PLACE)
         try:
             body = await self._checked(scope, receive, place)
             if place is not None:
@@ -119,7 +119,7 @@ class RequestFilter:
             if place is not None:
                 place.answered()
 
-    async def _checked(self, scope: Scope, receive: Receive, place: Place | None) -> bytes:
+    async def _checked(self, scope: Scope, receive: Receive, place: ConnectionSlot | None) -> bytes:
         """Return the request's body.
 
         Raises:
