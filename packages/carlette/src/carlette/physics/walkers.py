@@ -86,7 +86,7 @@ class Walkers(Table):
         bodies.record["walk_jump"][row] = wants
 
     def take_push(self, bodies: BodyTable) -> None:
-        """After a collision, let the part of a walker's motion that was not commanded decay slowly."""
+        """Let the part of a walker's motion that was not commanded decay slowly after a collision."""
         unit, going = self._will()
         self.push = bodies.velocity[self.row, :2] - unit * going[:, None]
 

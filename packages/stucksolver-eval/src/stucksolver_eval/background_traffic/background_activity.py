@@ -36,7 +36,7 @@ class Background:
     """
 
     def __init__(self, setting: ScenarioContext, empty: bool = False) -> None:
-        """With `empty` there is no traffic, and the hooks have no effect."""
+        """Prepare the traffic. With `empty` there is none, and the hooks have no effect."""
         self._setting, self._empty = setting, empty
         self._ego = EgoSnapshot(setting)
         self._junctions = route_junctions(setting.route)

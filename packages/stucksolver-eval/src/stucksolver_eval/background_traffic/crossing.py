@@ -83,7 +83,7 @@ class CrossingTraffic:
         return cars
 
     def quiet(self, clear_middle: bool, roads: set[int], stop_entries: bool) -> None:
-        """See `Background.handle_junction_scenario`."""
+        """Clear the junction for a scenario (see `Background.handle_junction_scenario`)."""
         self._quiet_roads |= roads
         self._quiet = self._quiet or stop_entries
         gone = [car for car in self._cars if self._is_on(car, roads) or (clear_middle and self._inside(car))]

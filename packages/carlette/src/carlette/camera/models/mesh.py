@@ -56,7 +56,7 @@ class Mesh:
         )
 
     def corner_alphas(self) -> Bytes:
-        """(n, 4): alpha of each corner."""
+        """Return the alpha of each corner, (n, 4)."""
         return np.repeat(self.colors[:, 3:], 4, axis=1) if self.fade is None else self.fade
 
     def take(self, which: NDArray[np.bool_] | NDArray[np.int64]) -> Mesh:
@@ -167,7 +167,7 @@ class Builder:
     def face(
         self, points: Sequence[Point], color: Color, towards: Point, *, glow: bool = False, alpha: int = 255
     ) -> None:
-        """One flat face of three or more corners, its front on the side of the direction `towards`."""
+        """Add a flat face of three or more corners, its front on the side of the direction `towards`."""
         (ax, ay, az), (bx, by, bz), (cx, cy, cz) = points[0], points[1], points[2]
         ux, uy, uz, vx, vy, vz = bx - ax, by - ay, bz - az, cx - ax, cy - ay, cz - az
         side = (uy * vz - uz * vy) * towards[0] + (uz * vx - ux * vz) * towards[1] + (ux * vy - uy * vx) * towards[2]
@@ -180,7 +180,7 @@ class Builder:
             self._tags.append(self.tag)
 
     def hull(self, low: Sequence[Point], high: Sequence[Point], color: Color, top: Color | None = None) -> None:
-        """A convex body between two rings of corners of the same number, both in the same sense of rotation."""
+        """Add a convex body between two rings of corners of the same number, both in the same sense of rotation."""
         middle = _middle([*low, *high])
         count = len(low)
         for index in range(count):
@@ -191,7 +191,7 @@ class Builder:
         self.face(high, top or color, _away(_middle(high), middle))
 
     def box(self, center: Point, size: Point, color: Color, yaw_deg: float = 0.0, *, glow: bool = False) -> None:
-        """A box of full `size`, turned about the vertical through its middle."""
+        """Add a box of full `size`, turned about the vertical through its middle."""
         (cx, cy, cz), (hx, hy, hz) = center, (size[0] / 2, size[1] / 2, size[2] / 2)
         cos, sin = math.cos(math.radians(yaw_deg)), math.sin(math.radians(yaw_deg))
         ring = [
@@ -215,7 +215,7 @@ class Builder:
         tip: float | None = None,
         cap: Color | None = None,
     ) -> None:
-        """A round body about the line from `low` to `high`; `tip` is the radius at `high`, the same if None."""
+        """Add a round body about the line from `low` to `high`; `tip` is the radius at `high`, the same if None."""
         axis = np.subtract(high, low)
         axis = axis / np.linalg.norm(axis)
         aside = np.cross(axis, (0.0, 0.0, 1.0) if abs(axis[2]) < 0.9 else (1.0, 0.0, 0.0))
@@ -234,7 +234,10 @@ class Builder:
             self._colors[max(start, len(self._colors) - caps) :] = [(*cap, 255)] * caps
 
     def loft(self, stations: Sequence[tuple[float, float, float, float, float]], color: Color, y: float = 0.0) -> None:
-        """A body along x, mirrored about `y`: stations (x, low z, high z, half width below, above), open below."""
+        """Add a body along x, mirrored about `y` and open below.
+
+        Stations are (x, low z, high z, half width below, above).
+        """
         for station, other in itertools.pairwise(stations):
             (x0, l0, h0, b0, a0), (x1, l1, h1, b1, a1) = station, other
             for side in (1.0, -1.0):
@@ -262,7 +265,7 @@ class Builder:
         glow: bool = False,
         alpha: int = 255,
     ) -> None:
-        """A flat round face across x (`towards` along x) or across y."""
+        """Add a flat round face across x (`towards` along x) or across y."""
         turns = [2 * math.pi * side / sides for side in range(sides)]
         (x, y, z), r = center, radius
         if abs(towards[0]) > abs(towards[1]):

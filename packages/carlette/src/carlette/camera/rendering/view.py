@@ -41,7 +41,7 @@ class CameraView:
         return axes_of(self.pose.rotation)
 
     def into_camera(self) -> Singles:
-        """4x4 matrix from the world to the camera's frame."""
+        """Return the 4x4 matrix from the world to the camera's frame."""
         matrix = np.eye(4)
         axes = self.axes()
         matrix[:3, :3] = axes
@@ -85,7 +85,7 @@ def axes_of(rotation: Rotation) -> Floats:
 
 
 def matrix_of(pose: Pose) -> Floats:
-    """4x4, from the frame of `pose` to the world."""
+    """Return the 4x4 matrix from the frame of `pose` to the world."""
     matrix = np.zeros((4, 4))
     matrix[3, 3] = 1.0
     matrix[:3, :3] = axes_of(pose.rotation).T

@@ -1,5 +1,5 @@
-// From metres on the map to pixels. The map is turned so that the route runs along the wide side: all of it in
-// the whole view, the part around the ego while following.
+// Maps meters on the map to pixels. The map is turned so that the route runs along the wide side: the whole route in
+// the whole view, and the part around the ego while following.
 
 const FOLLOW_HEIGHT_M = 18;
 const FOLLOW_WIDTH_M = 54;
@@ -19,7 +19,7 @@ function extent(line, angle) {
   return { u: (u0 + u1) / 2, v: (v0 + v1) / 2, width: u1 - u0, height: v1 - v0 };
 }
 
-// The turn of the map that makes the route flattest, with its start on the left.
+// Returns the rotation of the map that makes the route flattest, with its start on the left.
 function flattest(line) {
   let best = { angle: 0, height: Infinity };
   for (let degrees = 0; degrees < 180; degrees += 3) {
@@ -33,7 +33,7 @@ function flattest(line) {
   return along < 0 ? best.angle + Math.PI : best.angle;
 }
 
-// The route's direction around a point, smoothed so that the view turns calmly.
+// Returns the route's direction around a point, smoothed so that the view turns calmly.
 function directionAround(line, x, y, otherwise) {
   const away = (i, px, py) => Math.hypot(line.x[i] - px, line.y[i] - py);
   let nearest = 0;
@@ -53,7 +53,7 @@ class Camera {
     this.follow = true;
   }
 
-  // Sets what is seen: `pose` is the ego's, width and height are in pixels.
+  // Sets the visible part: `pose` is the ego's, width and height are in pixels.
   aim(pose, width, height) {
     this.width = width;
     this.height = height;
@@ -72,7 +72,7 @@ class Camera {
     this.y = this.route.u * sin + this.route.v * cos;
   }
 
-  // Makes the canvas draw in metres; `ratio` is device pixels for each CSS pixel.
+  // Makes the canvas draw in meters; `ratio` is the number of device pixels per CSS pixel.
   apply(context, ratio) {
     const k = this.scale * ratio;
     const [cos, sin] = [k * Math.cos(this.angle), k * Math.sin(this.angle)];
@@ -83,7 +83,7 @@ class Camera {
     );
   }
 
-  // CSS pixels of a point.
+  // Returns the CSS pixels of a point.
   project(x, y) {
     const [cos, sin] = [Math.cos(this.angle), Math.sin(this.angle)];
     const [dx, dy] = [x - this.x, y - this.y];
@@ -93,7 +93,7 @@ class Camera {
     ];
   }
 
-  // Metres that look `pixels` wide, but at least `metres`.
+  // Returns the length that looks `pixels` wide (m), but at least `metres`.
   stroke(metres, pixels) {
     return Math.max(metres, pixels / this.scale);
   }

@@ -1,4 +1,4 @@
-// A decision as a card with the chain's three steps. Fields this page does not know are shown as key: value.
+// A decision as a card with the chain's three steps. Fields that are unknown to this page are shown as key: value.
 
 const PARTICIPANT = ["Participant", "Lane", "Distance", "Intent"];
 
@@ -24,7 +24,7 @@ function decisionCard(moment, seek) {
     body);
 }
 
-// What the front camera saw when this was asked, where it was carried.
+// The front camera's picture at the time of the query, if it was recorded.
 function picture(moment) {
   if (typeof moment.picture !== "string" || !/^[A-Za-z0-9+/]+=*$/.test(moment.picture)) return null;
   const alt = `The front camera's picture, ${seconds(moment.time_s)}`;
@@ -37,14 +37,14 @@ function step(number, name, content) {
 
 const waits = (decision) => !decision.plan && Boolean(recordOf(decision.analysis).wait);
 
-// What was decided, in a line: the behaviours, or why there are none.
+// The decision in a line: the behaviors, or the reason for none.
 function headline(decision) {
   const names = listOf(recordOf(decision.plan).behaviors)
     .map((one) => words(one.name) + (typeof one.side === "string" ? ` ${words(one.side)}` : ""));
   return capital(names.join(", then ") || plain(decision.rationale || ground(recordOf(decision.analysis))));
 }
 
-// Who is immobilized may have to wait before it passes; that holds nobody who is not.
+// An immobilized vehicle may have to wait before it passes. This does not apply to other vehicles.
 function ground(analysis) {
   const state = analysis.immobilized ? "immobilized" : "not immobilized";
   const cause = analysis.cause ? `: ${words(analysis.cause)}` : "";

@@ -1,4 +1,4 @@
-// Reads the compact form that pack.py writes. Metres, seconds, radians; x east, y north.
+// Reads the compact form that pack.py writes. Meters, seconds, radians; x east, y north.
 
 function sums(packed, count, unit) {
   const values = new Float64Array(count);
@@ -51,7 +51,7 @@ function decodeRun(packed, map) {
   };
 }
 
-// Where a time falls between frames: 12.25 is a quarter of the way from frame 12 to frame 13.
+// Returns the position of a time between frames: 12.25 is a quarter of the way from frame 12 to frame 13.
 function frameAt(run, time) {
   const times = run.time;
   if (!times.length || time <= times[0]) return 0;
@@ -77,7 +77,7 @@ function poseAt(track, frame) {
   return { x: between(spell.x), y: between(spell.y), yaw: between(spell.yaw) };
 }
 
-// The value that holds at a frame in a list of [frame, value] changes.
+// Returns the value at a frame in a list of [frame, value] changes.
 function stateAt(changes, frame) {
   let value = null;
   for (const [from, state] of changes) {

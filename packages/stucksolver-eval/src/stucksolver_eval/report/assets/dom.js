@@ -1,4 +1,4 @@
-// Building the page. Text from the data only ever becomes text nodes and attribute values, never markup.
+// Builds the page. Text from the data only becomes text nodes and attribute values, never markup.
 
 const SVG = "http://www.w3.org/2000/svg";
 
@@ -26,7 +26,7 @@ const words = (text) => String(text).replaceAll("_", " ");
 
 const capital = (text) => (text ? text[0].toUpperCase() + text.slice(1) : text);
 
-// Rounded, and never "-0.0": what is rounded to nothing has no sign.
+// Rounds a number, and never returns "-0.0": a number that is rounded to zero has no sign.
 const rounded = (value, digits) => value.toFixed(digits).replace(/^-(0(\.0*)?)$/, "$1");
 
 const seconds = (value) => `${rounded(value, 1)} s`;
@@ -35,12 +35,12 @@ function figure(value, digits = 1) {
   return value === null || value === undefined ? "–" : rounded(Number(value), digits);
 }
 
-// A number of seconds, which words may follow, gets its unit: `8.0 (1 of 2)` reads "8.0 s (1 of 2)".
+// Adds the unit to a number of seconds, which text may follow: `8.0 (1 of 2)` becomes "8.0 s (1 of 2)".
 function withUnit(text) {
   return text.replace(/^[\d.]+/, "$& s");
 }
 
-// `length_m: 31` reads "length 31 m".
+// `length_m: 31` becomes "length 31 m".
 function labelled(key, value) {
   const unit = key.match(/^(.+)_([a-z0-9]+)$/);
   if (unit && Object.hasOwn(UNITS, unit[2]) && typeof value === "number") {
@@ -60,11 +60,11 @@ function plain(value) {
   return String(value);
 }
 
-// What a decision of another version may lack or shape otherwise, as an empty list or record.
+// Returns an empty list or record for a field that a decision of another version lacks or has in another form.
 const listOf = (value) => (Array.isArray(value) ? value : []);
 const recordOf = (value) => (value && typeof value === "object" && !Array.isArray(value) ? value : {});
 
-// All fields that `known` does not name, as "key: value", so that a newer decision still shows whole.
+// Returns all fields that `known` does not name, as "key: value", so that a newer decision is shown completely.
 function otherFacts(record, known) {
   const rest = Object.entries(recordOf(record)).filter(([key, value]) => !known.includes(key) && value !== null);
   if (!rest.length) return null;

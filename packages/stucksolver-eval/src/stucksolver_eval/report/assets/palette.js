@@ -1,4 +1,4 @@
-// Colours live in the style sheet, so that the canvas follows the reader's light or dark scheme.
+// Colors are in the style sheet, so that the canvas follows the reader's light or dark scheme.
 
 const VULNERABLE = ["pedestrian", "bicycle", "motorcycle", "animal"];
 const OBJECTS = ["cone", "barrier", "debris", "prop"];
@@ -47,7 +47,7 @@ function statusTone(status) {
   return status.startsWith("Failed") ? "bad" : "warn";
 }
 
-// "Failed - Agent got blocked": the colour says the first word.
+// "Failed - Agent got blocked": the color shows the first word.
 function statusWords(status) {
   return words(status.replace("Failed - ", ""));
 }

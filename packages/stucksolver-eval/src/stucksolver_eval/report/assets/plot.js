@@ -1,4 +1,5 @@
-// Speed over time: stuck spans shaded, decisions and the passenger's words marked, the cursor on the slider.
+// Speed over time: immobilized spans are shaded, decisions and the passenger's utterances marked, and the cursor
+// follows the slider.
 
 const PLOT_HEIGHT = 128;
 const EDGE = { left: 30, right: 8, top: 20, bottom: 20 };
@@ -93,7 +94,7 @@ class SpeedPlot {
   }
 }
 
-// Round values from 0 to `top`, about `count` of them.
+// Returns about `count` round values from 0 to `top`.
 function ticks(top, count) {
   const rough = top / count;
   const power = 10 ** Math.floor(Math.log10(Math.max(rough, 1e-6)));

@@ -1,4 +1,4 @@
-// The decisions and events of one arm, linked to the slider.
+// The decisions and events of one system, linked to the slider.
 
 class Records {
   constructor(run, seek) {
@@ -32,7 +32,7 @@ class Records {
     return fold;
   }
 
-  // Marks what holds at a time; brings it into view, without moving the page, if `scroll`.
+  // Marks the entry of a time; if `scroll`, brings it into view without moving the page.
   draw(time, scroll) {
     const current = this.items.findLast((item) => item.time <= time);
     if (current !== this.current) {
@@ -54,7 +54,7 @@ class Records {
   }
 }
 
-// Runs of decisions that came to the same: nothing to do, or one plan refused for one reason again and again.
+// Groups consecutive decisions with the same result: nothing to do, or one plan rejected for one reason repeatedly.
 function grouped(decisions) {
   const groups = [];
   let last = null;
@@ -68,12 +68,12 @@ function grouped(decisions) {
   return groups;
 }
 
-// Decisions of a kind do the same, or wait for a reason of the same kind.
+// Decisions of one kind have the same behaviors, or wait for a reason of the same kind.
 function kindOf(decision) {
   return waits(decision) ? recordOf(decision.analysis).wait : headline(decision);
 }
 
-// Each reason once, as it was first given: while a car comes nearer, only the figures behind the comma change.
+// Returns each reason once, in its first form: while a car comes nearer, only the numbers after the comma change.
 function reasons(group) {
   const found = new Map();
   for (const { decision } of group) {
@@ -84,7 +84,7 @@ function reasons(group) {
   return [...found.values()];
 }
 
-// The outcome with the first reason, without the figures that follow.
+// Returns the outcome with the first reason, without the numbers that follow.
 function outcomeName(moment) {
   if (waits(moment.decision)) return "wait";
   return moment.codes.length ? `${moment.outcome}: ${words(moment.codes[0])}` : moment.outcome;

@@ -1,4 +1,4 @@
-// Draws one instant of a run from above, in metres.
+// Draws one time of a run from above, in meters.
 
 const SPEED_SCALE_MPS = 12;
 const TRAIL_SHADES = 6;
@@ -80,7 +80,7 @@ class Scene {
     context.lineCap = "butt";
   }
 
-  // Where the ego has been: dark where it was slow, the ego's colour where it was fast.
+  // The past path of the ego: dark where it was slow, in the ego's color where it was fast.
   drawTrail(context, camera, frame) {
     const spell = this.run.tracks[0] && this.run.tracks[0][0];
     if (!spell) return;
@@ -140,7 +140,7 @@ function drawActor(context, camera, actor, pose) {
   context.restore();
 }
 
-// A light wedge that points where the actor faces.
+// A light wedge in the actor's direction.
 function drawHeading(context, length, width) {
   const tip = length * 0.42;
   const back = tip - Math.min(length * 0.3, width * 0.7);

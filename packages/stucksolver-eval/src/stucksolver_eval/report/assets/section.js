@@ -1,4 +1,4 @@
-// One scenario: its arms side by side, all on one slider.
+// One scenario: its systems side by side, all on one slider.
 
 const RATES = [0.5, 1, 2, 4, 8];
 const STEP_S = 0.05;
@@ -38,7 +38,7 @@ class Section {
       h("p", { class: "key" }, `map ${run.map.name} · seed ${this.group.seed} · driver ${run.driver}`));
   }
 
-  // Controls, views from above and their legend; the controls stay in sight until all of it is scrolled away.
+  // Controls, views from above and their legend. The controls stay visible until all of them are scrolled away.
   replay() {
     return [this.transport(), h("div", { class: "arms" }, this.group.runs.map((run, index) => this.arm(run, index))),
       legend()];
@@ -60,7 +60,7 @@ class Section {
       this.button, this.slider, this.clock, rates, this.view);
   }
 
-  // Space plays and pauses, the arrows step. True where the key was ours.
+  // Space plays and pauses, the arrows step. Returns true if the key was handled.
   key(event) {
     if (event.altKey || event.ctrlKey || event.metaKey || !this.drives) return false;
     const step = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
@@ -78,7 +78,7 @@ class Section {
       this.stages[index].element, this.plots[index].element);
   }
 
-  // What the slider says to who cannot see it.
+  // Text of the slider for screen readers.
   spoken() {
     const cars = this.group.runs.map((run) => {
       const stuck = during(run.stuck, this.time) ? ", immobilized" : "";
@@ -114,14 +114,14 @@ class Section {
     if (this.playing) requestAnimationFrame((next) => this.tick(next));
   }
 
-  // `scroll` brings the decision of that time into view in its list; whoever clicked there sees it already.
+  // `scroll` brings the decision of that time into view in its list. After a click there it is already visible.
   seek(time, scroll = true) {
     this.scroll = scroll;
     this.time = Math.min(this.range.end, Math.max(this.range.start, time));
     this.refresh();
   }
 
-  // Draws once before the next screen refresh, however often it is asked for.
+  // Draws once before the next screen refresh, for any number of requests.
   refresh() {
     if (this.pending || (this.drawn && !this.visible)) return;
     this.pending = this.drawn = true;
@@ -142,7 +142,7 @@ class Section {
   }
 }
 
-// Which section a key is for: the one that has the focus, or, where nothing has it, the first one in sight.
+// Returns the section of a key: the one with the focus, or, without a focus, the first visible one.
 function pressed(sections, event) {
   const target = event.target instanceof Element ? event.target : document.body;
   if (target.closest("select, a, summary, textarea, [tabindex]")) return;

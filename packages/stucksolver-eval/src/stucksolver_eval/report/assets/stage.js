@@ -1,4 +1,4 @@
-// One arm's replay: the canvas, what is written over it, and the passenger's words at their time.
+// Replay of one system: the canvas, the text over it, and the passenger's utterances at their time.
 
 const BUBBLE_S = 6;
 const CAPTION_S = 4;
