@@ -77,7 +77,7 @@ def test_doctor_foreign_server_on_carla_port_is_broken(monkeypatch):
         other.bind(("127.0.0.1", 0))
         other.listen()
         monkeypatch.setattr(checks, "CARLA_PORT", other.getsockname()[1])
-        monkeypatch.setattr(checks, "SERVER_ANSWERS_S", 0.3)
+        monkeypatch.setattr(checks, "ANSWER_LIMIT_S", 0.3)
         [found] = checks._server()
     assert found.state == "broken" and "--port" in found.remedy
     monkeypatch.setattr(checks, "CARLA_PORT", 9)
