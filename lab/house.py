@@ -1,9 +1,9 @@
 """Measures the code: `python -m lab.house [--root CHECKOUT] [--walks]`.
 
-Prints one row for each package (files, lines, medians, shares of documented and one-word names ...), and, with
-`--walks`, how many files, functions and hops between files one tick of the solver goes through: an uneventful status,
-a tick that asks a reasoner, one that accepts a plan, one of a running plan, and one that rejects a plan. It also
-measures checkouts of before, whose packages are below `src`.
+It prints one row for each package (files, lines, medians, shares of documented and one-word names ...). With `--walks`,
+it also prints the number of files, functions and hops between files of one tick of the solver. The ticks are an
+uneventful status, a tick that queries a reasoner, one that accepts a plan, one of a running plan, and one that rejects
+a plan. It also measures earlier checkouts, whose packages are below `src`.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Any
 
 ROOT = Path(__file__).resolve().parents[1]
+"""Root of the repository."""
 HEAD = (
     "package",
     "files",
@@ -39,18 +40,24 @@ HEAD = (
 
 @dataclass
 class Package:
-    """What was counted in one package."""
+    """Counts of one package."""
 
     lines: list[int] = field(default_factory=list)
     """Lines of each file."""
     functions: list[int] = field(default_factory=list)
     """Lines of each function."""
     documented: int = 0
+    """Number of documented public functions and classes."""
     public: int = 0
+    """Number of public functions and classes."""
     comments: int = 0
+    """Number of comments."""
     any_types: int = 0
+    """Number of annotations with `Any`."""
     one_word: int = 0
+    """Number of names of one word."""
     constants: int = 0
+    """Number of constants."""
     classes: Counter[str] = field(default_factory=Counter)
 
     def row(self, name: str) -> tuple[str, ...]:
@@ -126,7 +133,7 @@ def table(rows: list[tuple[str, ...]]) -> str:
     return "\n".join([lines[0], "|" + "---|" * len(rows[0]), *lines[1:]])
 
 
-# ---- walks: what one tick goes through
+# ---- walks: the code of one tick
 
 
 @dataclass
@@ -139,7 +146,7 @@ class Walk:
 
 
 def walked(call: Callable[[], Any]) -> Walk:
-    """Return what a call goes through in the product's own code."""
+    """Return the product's own code that a call runs."""
     walk, stack = Walk(), [""]
 
     def profile(frame: Any, event: str, _: object) -> None:

@@ -1,7 +1,7 @@
-"""Time of the whole add-on per tick while driving freely, compared with the driver itself.
+"""Time of the whole add-on per tick in free driving, compared with the driver itself.
 
-Our driver drives through carlette's demo town among 20 cars of the TrafficManager. Every part is timed on every tick,
-with the real client. The add-on is the stack's status (route projection, tracker) and `StuckSolver.step`.
+The built-in driver drives through carlette's demo town among 20 cars of the TrafficManager. Every part is timed on
+every tick, with the real client. The add-on is the stack's status (route projection, tracker) and `StuckSolver.step`.
 """
 
 from __future__ import annotations
@@ -23,26 +23,31 @@ from stucksolver_eval.simulator_server import carlette_server
 from stucksolver_eval.streets.finder import choose_street
 
 CARS = 20
+"""Number of cars of the TrafficManager."""
 STEP_S = 0.05
+"""Step of the simulation (s)."""
 T = TypeVar("T")
 
 
 def run(smoke: bool) -> dict[str, float]:
-    """Medians and 99th percentiles in microseconds, and the ratio of the add-on's time to the driver's."""
+    """Return medians and 99th percentiles in microseconds, and the ratio of the add-on's time to the driver's."""
     return in_own_process(_measured, 100 if smoke else 600)
 
 
 def in_own_process(measure: Callable[..., dict[str, float]], *arguments: Any) -> dict[str, float]:
-    """What `measure(client, *arguments)` returns, with a server on the demo town.
+    """Return the result of `measure(client, *arguments)`, with a server on the demo town.
 
-    In a process of its own: threads of the TrafficManager outlive the server, and end their process then. `measure` is
-    a function of a module. Raises `RuntimeError` where it takes too long or ends without a figure.
+    The call runs in a separate process: threads of the TrafficManager outlive the server, and end their process then.
+    `measure` is a function of a module.
+
+    Raises:
+        RuntimeError: The call takes too long or ends without a result.
     """
     context = multiprocessing.get_context("spawn")
     with carlette_server("demo_town") as server:
         receiver, sender = context.Pipe(duplex=False)
-        told = (server.host, server.port, measure, arguments, sender)
-        client = context.Process(target=_apart, args=told, daemon=True)
+        process_arguments = (server.host, server.port, measure, arguments, sender)
+        client = context.Process(target=_apart, args=process_arguments, daemon=True)
         client.start()
         sender.close()
         try:
@@ -50,7 +55,7 @@ def in_own_process(measure: Callable[..., dict[str, float]], *arguments: Any) ->
                 raise RuntimeError(f"the client did not finish within {LONGEST_RUN_S:g} s")
             figures: dict[str, float] = receiver.recv()
         except EOFError:
-            raise RuntimeError("the client ended without a figure; see its messages") from None
+            raise RuntimeError("the client ended without a result; see its messages") from None
         finally:
             client.kill()
             client.join()
@@ -80,7 +85,7 @@ class Times(dict[str, list[float]]):
 
 
 def busy_town(client: carla.Client) -> tuple[carla.World, carla.Vehicle, carla.Location]:
-    """A synchronous world with `CARS` cars of the TrafficManager, an ego at rest in a street, and its goal."""
+    """Return a synchronous world with `CARS` cars of the TrafficManager, a stopped ego in a street, and its goal."""
     world = client.get_world()
     settings = world.get_settings()
     settings.synchronous_mode, settings.fixed_delta_seconds = True, STEP_S

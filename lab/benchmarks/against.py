@@ -1,8 +1,8 @@
 """Checks for slowdowns: `python -m lab.benchmarks.against [--keep]` compares ratios with those in baseline.json.
 
-Absolute times differ between machines, so each figure of `solver_overhead` is divided by the time of an empty loop
+Absolute times differ between machines, so each metric of `solver_overhead` is divided by the time of an empty loop
 measured in the same run. The minimum of several rounds counts, because other load only adds time. Machines still differ
-in their caches and in the relative speed of numpy and plain Python. The threshold is therefore wide: this finds an
+in their caches and in the relative speed of numpy and plain Python. The threshold is therefore wide: it finds an
 algorithm that has become worse, not a change of 10 %.
 """
 
@@ -18,14 +18,17 @@ from lab.benchmarks import solver_overhead
 
 BASELINE = Path(__file__).with_name("baseline.json")
 ROUNDS = 5
+"""Number of rounds whose minimum counts."""
 MAX_FACTOR = 2.5
-"""More than this many times the baseline is an error. On a two-core machine with a load of ten, four runs of five
-rounds were within a factor of 1.7."""
+"""Ratio to the baseline above which a metric is an error.
+
+On a two-core machine with a load of ten, four runs of five rounds were within a factor of 1.7.
+"""
 LOOP = "us_empty_loop"
 
 
 def measured(rounds: int = ROUNDS) -> dict[str, float]:
-    """Each figure as a multiple of the empty loop's time; the minimum over the rounds."""
+    """Return each metric as a multiple of the empty loop's time; the minimum over the rounds."""
     least: dict[str, float] = {}
     for _ in range(rounds):
         figures = solver_overhead.run(smoke=True)
@@ -37,7 +40,7 @@ def measured(rounds: int = ROUNDS) -> dict[str, float]:
 
 
 def slower(now: Mapping[str, float], before: Mapping[str, float]) -> list[str]:
-    """One line for each figure that is too slow or no longer measured."""
+    """Return one line for each metric that is too slow or no longer measured."""
     found = [f"{name}: no longer measured; if this is intended, run --keep" for name in before if name not in now]
     for name, value in now.items():
         if name in before and value > MAX_FACTOR * before[name]:
@@ -46,7 +49,7 @@ def slower(now: Mapping[str, float], before: Mapping[str, float]) -> list[str]:
 
 
 def main() -> int:
-    """Returns 1 if a figure is too slow or missing."""
+    """Return 1 if a metric is too slow or missing."""
     parser = argparse.ArgumentParser(prog="python -m lab.benchmarks.against", description=__doc__)
     parser.add_argument("--keep", action="store_true", help="write the ratios of this machine as the new baseline")
     now = measured()
@@ -57,8 +60,8 @@ def main() -> int:
         return 0
     before = json.loads(BASELINE.read_text(encoding="utf-8"))
     for name, ratio in now.items():
-        told = f"{ratio / before[name]:.2f} times the baseline" if name in before else "new"
-        print(f"{name}: {ratio:.4g} empty loops, {told}")
+        change = f"{ratio / before[name]:.2f} times the baseline" if name in before else "new"
+        print(f"{name}: {ratio:.4g} empty loops, {change}")
     found = slower(now, before)
     print("\n".join(f"error: {line}" for line in found), file=sys.stderr, end="\n" if found else "")
     return int(bool(found))

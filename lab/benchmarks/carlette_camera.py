@@ -1,8 +1,8 @@
 """Frames per second of carlette's cameras, alone on one core, in a street with twenty cars.
 
-Measures CPU time instead of wall time, so that other programs have little effect. Each rate is also given as a ratio to
-a baseline in the same run, 2x2 averaging of a 1600x900 image in plain numpy, which shows the current speed of the
-machine.
+CPU time is measured instead of wall time, so that other programs have little effect. Each rate is also given as a ratio
+to a baseline in the same run. The baseline, 2x2 averaging of a 1600x900 image in plain numpy, shows the current speed
+of the machine.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from carlette.blueprints import load_catalogue
+from carlette.blueprints import load_catalog
 from carlette.camera.rendering.lighting import FOG_DENSITY, PRECIPITATION, SUN_ALTITUDE
 from carlette.camera.rendering.renderer import Renderer
 from carlette.camera.rendering.scene_capture import static_scene_of, take
@@ -29,11 +29,13 @@ from carlette.world.spawn import spawn
 from carlette.world.world import World
 
 CARS, SPOT = 20, 20
+"""Number of cars, and index of the spawn point of the cameras."""
 ROUNDS = 5
+"""Number of rounds whose median counts."""
 
 
 def run(smoke: bool) -> dict[str, float]:
-    """`fps_*` for each camera and `ratio_*` to `fps_baseline`; `build_s` is the time to build the town."""
+    """Return `fps_*` for each camera and `ratio_*` to `fps_baseline`; `build_s` is the time to build the town."""
     frames = 1 if smoke else 40
     network = RoadNetwork(load_map(DEMO_TOWN))
     start = time.process_time()
@@ -68,7 +70,7 @@ def _measure(figures: dict[str, float], name: str, job: Callable[[], Any], frame
 
 
 def _rate(job: Callable[[], Any], frames: int) -> float:
-    """Median rate over several rounds, in runs per second of CPU time."""
+    """Return the median rate over several rounds, in runs per second of CPU time."""
     job()
     rates = []
     for _ in range(ROUNDS):
@@ -88,9 +90,9 @@ def _ticking(world: World, job: Callable[[], Any]) -> Callable[[], Any]:
 
 
 def _street(network: RoadNetwork) -> World:
-    """A world with cars around the spot, one of them driving."""
+    """Return a world with cars around the spot, one of them driving."""
     world = World(network)
-    definition = load_catalogue().definitions["vehicle.lincoln.mkz_2020"]
+    definition = load_catalog().definitions["vehicle.lincoln.mkz_2020"]
     attributes = {attribute.id: (attribute.type, attribute.value) for attribute in definition.attributes}
     middle = network.spawn_points()[SPOT].location
     spots = sorted(
@@ -120,3 +122,4 @@ def _average() -> Any:
 
 
 _PICTURE = np.zeros((900, 1600, 4), np.uint8)
+"""Picture of the baseline."""

@@ -7,11 +7,16 @@ import time
 from carlette.in_process import Traffic, World, open_world, populate
 
 FLEETS = (0, 20, 50)
+"""Numbers of cars."""
 FORKS = 50
+"""Number of forks whose median counts."""
 
 
 def run(smoke: bool) -> dict[str, float]:
-    """`fork_ms_*` (median) and `ticks_per_s_*` with 0, 20 and 50 cars, and `ratio_*` of rates to the empty town."""
+    """Return `fork_ms_*` (median), `ticks_per_s_*` and `ratio_*` with 0, 20 and 50 cars.
+
+    A ratio compares the rate with that of the empty town.
+    """
     ticks = 100 if smoke else 2000
     figures: dict[str, float] = {}
     for cars in FLEETS:
@@ -27,7 +32,7 @@ def run(smoke: bool) -> dict[str, float]:
 
 
 def _seconds(world: World, ticks: int) -> float:
-    """CPU time, which is less affected by other programs on the machine."""
+    """Return the CPU time (s), which is less affected by other programs on the machine."""
     start = time.process_time()
     for _ in range(ticks):
         world.tick()

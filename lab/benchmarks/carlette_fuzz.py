@@ -1,10 +1,12 @@
-"""Fuzzes a server for a given time: does it crash, hang, or block a well-behaved client?
+"""Fuzzes a server for a given time, and checks that it does not crash, hang, or block a well-behaved client.
 
-    python -m lab.benchmarks.carlette_fuzz --minutes 10
+```
+python -m lab.benchmarks.carlette_fuzz --minutes 10
+```
 
-Sends the same input as `packages/carlette/tests/fuzz`, with a new seed each time: calls with random arguments,
-batches, noise on both ports, connections that end with a reset. After each, a well-behaved client must get its tick
-and a snapshot of finite numbers. Prints progress to standard error and one line of JSON to standard output. A failure
+It sends the same input as `packages/carlette/tests/fuzz`, with a new seed each time: calls with random arguments,
+batches, noise on both ports, connections that end with a reset. After each, a well-behaved client must get its tick and
+a snapshot of finite numbers. It prints progress to standard error and one line of JSON to standard output. A failure
 names its seed.
 """
 
@@ -27,14 +29,17 @@ from typing import Any
 from lab.benchmarks.carlette_soak import READY, resident_mb
 
 TESTS = Path(__file__).resolve().parents[2] / "packages" / "carlette" / "tests"
+"""Folder of the fuzzing code."""
 REPORT_S = 30.0
+"""Time between two reports (s)."""
 MOST_NOISE_BYTES = 400
+"""Maximum length of one noise message (bytes)."""
 OURS = "Traceback"
 LOG = "errors.log"
 
 
 def fuzz(minutes: float, seed: int) -> dict[str, Any]:
-    """Counts of what was sent, the number of internal errors in the server's log, and its memory (MB)."""
+    """Return the counts of the inputs, the number of internal errors in the server's log, and its memory (MB)."""
     sys.path[:0] = [str(TESTS), str(TESTS / "fuzz")]
     nonsense = __import__("nonsense")
     counts: Counter[str] = Counter()
@@ -107,7 +112,7 @@ def _server(folder: Path) -> Iterator[tuple[int, subprocess.Popen[str]]]:
 
 
 def main() -> None:
-    """Prints one line of JSON."""
+    """Print one line of JSON."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--minutes", type=float, default=10.0)
     parser.add_argument("--seed", type=int, default=1)

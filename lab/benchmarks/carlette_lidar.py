@@ -1,7 +1,7 @@
 """Scans per second of a 64-channel LiDAR alone on one core: 65,536 rays up to 100 m among 20 cars in the demo town.
 
-Measures CPU time, which other programs affect less than wall time. The sensor is mounted level or tilted, and is plain
-(with CARLA's default dropout) or semantic. No network is involved.
+CPU time is measured, which other programs affect less than wall time. The sensor is mounted level or tilted, and is
+plain (with CARLA's default dropout) or semantic. No network is involved.
 """
 
 from __future__ import annotations
@@ -22,20 +22,25 @@ from carlette.world.spawn import spawn
 from carlette.world.world import World
 
 CHANNELS, COLUMNS, HERTZ = 64, 1024, 20
+"""Channels, columns per turn, and turns per second of the LiDAR."""
 CARS = 20
+"""Number of cars."""
 NEAR_M = 90.0
+"""Distance from the first car within which the others are spawned (m)."""
 SETTINGS = {
     "channels": CHANNELS,
     "points_per_second": CHANNELS * COLUMNS * HERTZ,
     "rotation_frequency": HERTZ,
     "range": 100,
 }
+"""Attributes of the LiDAR."""
 PLAIN, SEMANTIC = "sensor.lidar.ray_cast", "sensor.lidar.ray_cast_semantic"
 TILTED = Rotation(5.0, 20.0, -8.0)
+"""Rotation of the tilted LiDAR (degrees)."""
 
 
 def run(smoke: bool) -> dict[str, float]:
-    """`scans_per_s_*` level, tilted and semantic, and the number of rays."""
+    """Return `scans_per_s_*` level, tilted and semantic, and the number of rays."""
     world, car = _street()
     scans = 5 if smoke else 200
     return {
@@ -47,7 +52,7 @@ def run(smoke: bool) -> dict[str, float]:
 
 
 def _street() -> tuple[World, Actor]:
-    """A world with cars, and the first of them, which the others surround."""
+    """Return a world with cars, and the first of them, which the others surround."""
     world = World(RoadNetwork(find_map("demo_town", map_folders([]))))
     cars: list[Actor] = []
     for spot in world.roads.spawn_points():
@@ -56,6 +61,7 @@ def _street() -> tuple[World, Actor]:
         try:
             cars.append(spawn(world, "vehicle.tesla.model3", {}, spot))
         except SpawnCollisionError:
+            # The spawn point is occupied; the loop tries the next one.
             continue
         if len(cars) == CARS:
             break

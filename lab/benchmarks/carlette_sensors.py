@@ -18,24 +18,29 @@ if TYPE_CHECKING:
     import carla
 
 CARS = 20
+"""Number of cars of the TrafficManager."""
 WARM_UP_TICKS = 20
+"""Number of ticks before the measurement."""
 LONGEST_WAIT_S = 20.0
+"""Time to wait for one measurement (s)."""
 CAMERA = ("sensor.camera.rgb", {"image_size_x": 800, "image_size_y": 450, "fov": 90})
+"""A camera: blueprint and attributes."""
 LIDAR = (
     "sensor.lidar.ray_cast",
     {"channels": 64, "range": 100, "points_per_second": 1_310_720, "rotation_frequency": 20},
 )
+"""A LiDAR: blueprint and attributes."""
 SMALL = tuple((f"sensor.other.{text}", dict[str, int]()) for text in ("gnss", "imu", "radar", "collision"))
 SETS = {"none": (), "camera": (CAMERA,), "lidar": (LIDAR,), "camera_and_lidar": (CAMERA, LIDAR, *SMALL)}
 
 
 def run(smoke: bool) -> dict[str, float]:
-    """The figures for each set of sensors.
+    """Return the metrics for each set of sensors.
 
     `real_time_factor_*`: simulated seconds per second. `server_ms_*`: the server's CPU time per tick over all threads,
     which other programs on the machine affect less.
     """
-    # A smoke test needs the set that has them all.
+    # A smoke test uses the set that contains all sensors.
     ticks, sets = (20, [*SETS][-1:]) if smoke else (600, [*SETS])
     figures = {}
     for name in sets:
@@ -44,7 +49,11 @@ def run(smoke: bool) -> dict[str, float]:
 
 
 def _measure(name: str, ticks: int) -> tuple[float, float]:
-    """Runs the client in its own process and kills it if it hangs. Raises `RuntimeError` if it gives no figure."""
+    """Run the client in its own process, and kill it if it hangs.
+
+    Raises:
+        RuntimeError: The client returns no result.
+    """
     context = multiprocessing.get_context("spawn")
     with running_server() as (port, server):
         receiver, sender = context.Pipe(duplex=False)
@@ -60,7 +69,7 @@ def _measure(name: str, ticks: int) -> tuple[float, float]:
             (start, before), (end, after) = moments
             return ticks * STEP_S / (end - start), 1e3 * (after - before) / ticks
         except EOFError:
-            raise RuntimeError(f"the client with sensors '{name}' gave no figure; see its messages") from None
+            raise RuntimeError(f"the client with sensors '{name}' returned no result; see its messages") from None
         finally:
             client.kill()
             client.join()
@@ -94,7 +103,7 @@ def _drive(port: int, name: str, ticks: int, result: Any) -> None:
 
 
 def _processor_s(pid: int) -> float:
-    """CPU time of a process on this machine (s)."""
+    """Return the CPU time of a process on this machine (s)."""
     fields = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 

@@ -1,10 +1,12 @@
 """Thousands of ticks of the client's traffic manager against carlette: counts hangs and rescues.
 
-    python -m lab.benchmarks.carlette_soak --ticks 200000 --cars 20 --map demo_town --ledger soak.jsonl
+```
+python -m lab.benchmarks.carlette_soak --ticks 200000 --cars 20 --map demo_town --ledger soak.jsonl
+```
 
-The client runs in its own process, and the server logs its rescues. Prints progress to standard error and one line of
-JSON to standard output. With a ledger the run can be stopped at any time: the next run with the same ledger does the
-missing ticks, and both are counted together.
+The client runs in its own process, and the server logs its rescues. The program prints progress to standard error and
+one line of JSON to standard output. With a ledger the run can be stopped at any time: the next run with the same ledger
+does the missing ticks, and both are counted together.
 """
 
 from __future__ import annotations
@@ -25,17 +27,20 @@ from pathlib import Path
 from typing import IO, Any
 
 STEP_S = 0.05
+"""Step of the simulation (s)."""
 MANAGER_PORT = 8771
+"""Port of the traffic manager."""
 HANG_S = 30.0
-"""A client that reports no ticks for this long hangs; a rescue takes about half a second."""
+"""Time without a reported tick after which a client counts as hanging (s). A rescue takes about half a second."""
 REPORT_TICKS = 500
+"""Number of ticks between two reports."""
 READY = re.compile(r"listening on \S+:(\d+) map=")
 WOKEN = "from a lost wake-up"
 COUNTED = ("ticks", "hangs", "rescues")
 
 
 def soak(ticks: int, cars: int, town: str, seed: int, ledger: Path | None = None) -> dict[str, Any]:
-    """Runs until `ticks` ticks are done or the client hangs. Returns counts over this run and those in the `ledger`."""
+    """Run until `ticks` ticks are done or the client hangs; return counts over this run and those in the `ledger`."""
     earlier = Counter[str]()
     for line in ledger.read_text(encoding="utf-8").splitlines() if ledger and ledger.exists() else ():
         earlier.update(json.loads(line))
@@ -90,7 +95,7 @@ def _note(ledger: Path | None, **counts: int) -> None:
 
 @contextmanager
 def logging_server(town: str, log: IO[str]) -> Iterator[tuple[int, int]]:
-    """Runs a server; gives its port and process id. It logs to a file, because an unread pipe would block it."""
+    """Run a server; yield its port and process id. It logs to a file, because an unread pipe would block it."""
     command = [sys.executable, "-m", "carlette", "--port", "0", "--map", town, "--exit-on-stdin-eof"]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=log, text=True) as process:
         try:
@@ -108,13 +113,13 @@ def count_rescues(log: IO[str]) -> int:
 
 
 def resident_mb(pid: int) -> float:
-    """Resident memory of a process on this machine (MB)."""
+    """Return the resident memory of a process on this machine (MB)."""
     status = Path(f"/proc/{pid}/status").read_text(encoding="utf-8")
     return int(re.search(r"VmRSS:\s+(\d+) kB", status)[1]) * 1024 / 1e6  # type: ignore[index]
 
 
 def _drive(port: int, cars: int, ticks: int, seed: int, result: Any) -> None:
-    """Ticks a town with traffic; reports the number of ticks and the total distance of all cars (m)."""
+    """Tick a town with traffic; report the number of ticks and the total distance of all cars (m)."""
     import carla
 
     client = carla.Client("127.0.0.1", port)
@@ -145,13 +150,13 @@ def _drive(port: int, cars: int, ticks: int, seed: int, result: Any) -> None:
 
 
 def main() -> None:
-    """Prints one line of JSON."""
+    """Print one line of JSON."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--ticks", type=int, default=20000)
     parser.add_argument("--cars", type=int, default=20)
     parser.add_argument("--map", default="demo_town", help="a town or an .xodr file")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--ledger", type=Path, help="file that keeps the counts of interrupted runs")
+    parser.add_argument("--ledger", type=Path, help="file with the counts of interrupted runs")
     options = parser.parse_args()
     result = soak(options.ticks, options.cars, options.map, options.seed, options.ledger)
     print(json.dumps(result), flush=True)

@@ -1,11 +1,13 @@
 """Soak test of one server: loads towns in turn, with traffic and an ego, and checks every measurement.
 
-    python -m lab.benchmarks.carlette_soak_sensors --minutes 120 --ledger soak_sensors.jsonl
+```
+python -m lab.benchmarks.carlette_soak_sensors --minutes 120 --ledger soak_sensors.jsonl
+```
 
 Each round is a separate client process. It loads a town, spawns 20 cars of the traffic manager and an ego with a
-camera, a LiDAR and the small sensors, ticks, and destroys everything. Prints progress to standard error and one line
-of JSON to standard output. The ledger gets one line per round; the next run with the same ledger continues where this
-one ended.
+camera, a LiDAR and the small sensors, ticks, and destroys everything. The program prints progress to standard error and
+one line of JSON to standard output. The ledger gets one line per round; the next run with the same ledger continues at
+its end.
 """
 
 from __future__ import annotations
@@ -32,19 +34,24 @@ if TYPE_CHECKING:
 
 TOWNS = ("demo_town", "grid_town", "interurban", "Town01", "Town04", "Town10HD")
 CARS = 20
+"""Number of cars of the traffic manager."""
 SENSORS = (CAMERA, LIDAR, *SMALL)
 TICKS = 300
+"""Number of ticks per round."""
 LONGEST_ROUND_S = 900.0
+"""Time after which a round counts as hanging (s)."""
 CLIENT_TIMEOUT_S = 60.0
+"""Timeout of the client's calls (s)."""
 LONGEST_WAIT_S = 120.0
+"""Time to wait for one measurement (s)."""
 COUNTED = ("ticks", "missing", "misframed", "surplus", "collisions")
 """Counts per round. `missing` measurements never came; `misframed` ones had a frame other than the tick's."""
 ENDINGS = ("crashed", "failed", "hung")
-"""How clients failed: killed by a signal, ended by an exception such as a timeout, or hung."""
+"""Failures of clients: killed by a signal, ended by an exception such as a timeout, or hung."""
 
 
 def soak(minutes: float, ledger: Path, ticks: int, towns: tuple[str, ...] = TOWNS) -> dict[str, Any]:
-    """Runs rounds until `minutes` are over. Returns sums over all rounds in the `ledger`."""
+    """Run rounds until `minutes` are over; return sums over all rounds in the `ledger`."""
     done = len(_rounds(ledger))
     with tempfile.TemporaryFile("a+") as log, logging_server(towns[0], log) as (port, server):
         deadline = time.monotonic() + 60.0 * minutes
@@ -65,7 +72,7 @@ def _rounds(ledger: Path) -> list[dict[str, Any]]:
 
 
 def _round(port: int, town: str, ticks: int, seed: int) -> dict[str, Any]:
-    """Counts of one client. A client that crashes or hangs is counted and killed."""
+    """Return the counts of one client. A client that crashes or hangs is counted and killed."""
     context = multiprocessing.get_context("spawn")
     receiver, sender = context.Pipe(duplex=False)
     client = context.Process(target=_drive, args=(port, town, ticks, seed, sender), daemon=True)
@@ -77,6 +84,7 @@ def _round(port: int, town: str, ticks: int, seed: int) -> dict[str, Any]:
         if receiver.poll(LONGEST_ROUND_S):
             found, ending = receiver.recv(), ""
     except EOFError:
+        # The client ended without a result: it crashed or raised an error.
         client.join()
         ending = "crashed" if (client.exitcode or 0) < 0 else "failed"
     finally:
@@ -107,7 +115,8 @@ def _drive(port: int, town: str, ticks: int, seed: int, result: Any) -> None:
     for sensor, _ in sensors:
         sensor.destroy()
     client.apply_batch_sync([carla.command.DestroyActor(car) for car in cars])
-    # Not in the batch: it would hold Python's lock while waiting, and the sensors' threads may need it to end.
+    # Destroy outside of the batch: it would hold Python's lock while waiting, and the sensors' threads may need it
+    # to end.
     world.tick()
     manager.set_synchronous_mode(False)
     settings.synchronous_mode = False
@@ -116,14 +125,14 @@ def _drive(port: int, town: str, ticks: int, seed: int, result: Any) -> None:
 
 
 def _free_port() -> int:
-    """A free port; another soak test on this machine may use any fixed one."""
+    """Return a free port. Another soak test on this machine may use any fixed one."""
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         return int(probe.getsockname()[1])
 
 
 def _cars(world: carla.World, seed: int) -> list[Any]:
-    """The ego and the others, at spawn points chosen by the seed."""
+    """Return the ego and the others, at spawn points drawn with the seed."""
     blueprint = world.get_blueprint_library().find("vehicle.tesla.model3")
     spots = world.get_map().get_spawn_points()
     random.Random(seed).shuffle(spots)
@@ -144,7 +153,7 @@ def _listen(
 
 
 def _tick(world: carla.World, ticks: int, queues: dict[str, Queue[int]]) -> dict[str, float]:
-    """Checks that each sensor gives one measurement per tick, of its frame. Collisions are only counted."""
+    """Check that each sensor sends one measurement per tick, of its frame. Collisions are only counted."""
     found: dict[str, float] = dict.fromkeys(COUNTED, 0)
     hits = queues.pop("sensor.other.collision")
     longest_s = first_s = 0.0
@@ -165,11 +174,12 @@ def _next(queue: Queue[int]) -> int | None:
     try:
         return queue.get(timeout=LONGEST_WAIT_S)
     except Empty:
+        # The caller counts the missing measurement.
         return None
 
 
 def _show_errors(log: IO[str]) -> None:
-    """Prints the end of the server's log, without its rescues."""
+    """Print the end of the server's log, without its rescues."""
     log.seek(0)
     others = [line for line in log if "lost wake-up" not in line]
     print("".join(others[-100:]), file=sys.stderr, flush=True)
@@ -191,7 +201,7 @@ def _summary(rounds: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def main() -> None:
-    """Prints one line of JSON. The exit code is 1 if a measurement was missing, misframed or surplus."""
+    """Print one line of JSON. The exit code is 1 if a measurement was missing, misframed or surplus."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--minutes", type=float, default=120.0)
     parser.add_argument("--ticks", type=int, default=TICKS, help="ticks per round")

@@ -1,8 +1,8 @@
 """Ticks per second of carlette with the real client, empty and with traffic.
 
-Each figure is also given as a ratio to the same loop in an empty world without a traffic manager (whose presence makes
-the server pace its snapshots), so that runs on different machines can be compared. A server whose world stands still
-shows the cost of the client and the sockets alone: no server in Python can be faster.
+Each metric is also given as a ratio to the same loop in an empty world without a traffic manager, so that runs on
+different machines can be compared. A traffic manager makes the server pace its snapshots. A server whose world does not
+change shows the cost of the client and the sockets alone: no server in Python can be faster.
 """
 
 from __future__ import annotations
@@ -18,12 +18,18 @@ from contextlib import contextmanager
 from typing import Any
 
 STEP_S = 0.05
+"""Step of the simulation (s)."""
 WARM_UP_TICKS = 40
+"""Number of ticks before the measurement."""
 MANAGER_PORT = 8765
+"""Port of the traffic manager."""
 LONGEST_RUN_S = 120.0
+"""Time after which a client counts as hanging (s)."""
 FLEETS = (0, 20, 50)
+"""Numbers of cars."""
 PROGRAM = ("-m", "carlette")
 ROUNDS = 3
+"""Number of rounds whose median counts."""
 STANDING_STILL = """
 from carlette import cli, simulator
 def tick(self):
@@ -38,9 +44,10 @@ READY = re.compile(r"listening on \S+:(\d+) map=")
 
 
 def run(smoke: bool) -> dict[str, float]:
-    """The medians of several rounds.
+    """Return the medians of several rounds.
 
-    `ticks_per_s_*` standing still, unpaced, and with 0, 20 and 50 cars, and `ratio_*` of each to `ticks_per_s_unpaced`.
+    They are `ticks_per_s_*` with an unchanged world, unpaced, and with 0, 20 and 50 cars, and `ratio_*` of each
+    to `ticks_per_s_unpaced`.
     """
     ticks, rounds = (100, 1) if smoke else (1500, ROUNDS)
     loops: dict[str, tuple[int | None, tuple[str, ...]]] = {
@@ -58,9 +65,10 @@ def run(smoke: bool) -> dict[str, float]:
 
 
 def _measure(cars: int | None, ticks: int, program: tuple[str, ...]) -> float:
-    """Ticks per second. The client runs in its own process and is killed if it hangs.
+    """Return ticks per second. The client runs in its own process and is killed if it hangs.
 
-    Raises `RuntimeError` if it gives no figure.
+    Raises:
+        RuntimeError: The client returns no result.
     """
     context = multiprocessing.get_context("spawn")
     with running_server(program) as (port, _):
@@ -73,7 +81,7 @@ def _measure(cars: int | None, ticks: int, program: tuple[str, ...]) -> float:
                 raise RuntimeError(f"the client with {cars} cars did not finish within {LONGEST_RUN_S:g} s")
             return float(receiver.recv())
         except EOFError:
-            raise RuntimeError(f"the client with {cars} cars gave no figure; see its messages") from None
+            raise RuntimeError(f"the client with {cars} cars returned no result; see its messages") from None
         finally:
             client.kill()
             client.join()
@@ -81,7 +89,7 @@ def _measure(cars: int | None, ticks: int, program: tuple[str, ...]) -> float:
 
 @contextmanager
 def running_server(program: tuple[str, ...] = PROGRAM) -> Iterator[tuple[int, int]]:
-    """Runs a server with the demo town on a free port; gives the port and the process id."""
+    """Run a server with the demo town on a free port; yield the port and the process id."""
     command = [sys.executable, *program, "--port", "0", "--map", "demo_town", "--exit-on-stdin-eof"]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
         try:
@@ -94,7 +102,7 @@ def running_server(program: tuple[str, ...] = PROGRAM) -> Iterator[tuple[int, in
 
 
 def _drive(port: int, cars: int | None, ticks: int, result: Any) -> None:
-    """Connects, spawns `cars` under a traffic manager (None: no manager either), ticks, and sends the rate."""
+    """Connect, spawn `cars` under a traffic manager (None: no manager either), tick, and send the rate."""
     import carla
 
     client = carla.Client("127.0.0.1", port)
@@ -125,6 +133,6 @@ def spawn_cars(world: Any, count: int) -> list[Any]:
         if car is not None:
             cars.append(car)
     if len(cars) < count:
-        raise RuntimeError(f"the town has room for only {len(cars)} cars, not {count}")
+        raise RuntimeError(f"too few spawn points: {len(cars)} cars of {count} could be spawned")
     world.tick()
     return cars

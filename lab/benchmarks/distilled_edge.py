@@ -1,10 +1,10 @@
-"""The student on a small computer: one core, and a hard limit of 1 GiB of memory, in a process that has nothing else.
+"""The student on a small computer: one core and a limit of 1 GiB of memory, in a process that has nothing else.
 
 The process loads the solver, the guard, the rules and the student, and decides the scenes of `distilled_latency`. It is
-pinned to one core. Its address space is limited, which is stricter than a limit of the memory in use: what is only
-reserved counts as well. `ms_*` are milliseconds of wall time for a decision, `cpu_ms_*` of processor time, which other
-load on that core changes less. `mb_peak` is the most memory in use (VmHWM), `mb_reserved` the most address space
-(VmPeak), both in units of 10^6 bytes; `*_words` is the same with the reader of a passenger's words.
+pinned to one core. Its address space is limited, which is stricter than a limit of the memory in use: reserved memory
+counts as well. `ms_*` are milliseconds of wall time for a decision, `cpu_ms_*` of processor time, which other load on
+that core changes less. `mb_peak` is the most memory in use (VmHWM), `mb_reserved` the most address space (VmPeak), both
+in units of 10^6 bytes. `*_words` is the same with the interpreter of a passenger's utterances.
 """
 
 from __future__ import annotations
@@ -19,21 +19,26 @@ import time
 from pathlib import Path
 
 LIMIT_BYTES = 1 << 30
-"""One GiB: the smallest boards on which onnxruntime runs have as much."""
+"""Limit of the address space (bytes): 1 GiB, the memory of the smallest boards on which onnxruntime runs."""
 ROOT = Path(__file__).parents[2]
+"""Root of the repository."""
 
 
 def run(smoke: bool) -> dict[str, float]:
-    """Return the figures: see this module's docstring."""
+    """Return the metrics of this module's docstring."""
     alone, words = (_measured("smoke" if smoke else "full", more) for more in ("", "words"))
     figures = alone | {f"{name}_words": words[name] for name in ("mb_peak", "mb_reserved")}
     return figures | {"ms_reading": words["ms_reading"]}
 
 
 def _measured(extent: str, more: str) -> dict[str, float]:
-    """Return what a new process measures of itself. Raises `RuntimeError` if it fails, for lack of memory say."""
+    """Return the measurements of a new process.
+
+    Raises:
+        RuntimeError: The process fails, for example because of too little memory.
+    """
     paths = os.pathsep.join(filter(None, sys.path))
-    told = subprocess.run(
+    result = subprocess.run(
         [sys.executable, "-m", "lab.benchmarks.distilled_edge", extent, more],
         cwd=ROOT,
         env={**os.environ, "PYTHONPATH": paths},
@@ -41,13 +46,13 @@ def _measured(extent: str, more: str) -> dict[str, float]:
         text=True,
         check=False,
     )
-    if told.returncode:
-        raise RuntimeError(f"with {LIMIT_BYTES >> 20} MiB the student fails:\n{told.stderr[-2000:]}")
-    return dict(json.loads(told.stdout))
+    if result.returncode:
+        raise RuntimeError(f"with {LIMIT_BYTES >> 20} MiB the student fails:\n{result.stderr[-2000:]}")
+    return dict(json.loads(result.stdout))
 
 
 def _measure(smoke: bool, words: bool) -> dict[str, float]:
-    """Limit this process, then load the student and ask it."""
+    """Limit this process, load the student and query it."""
     os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
     resource.setrlimit(resource.RLIMIT_AS, (LIMIT_BYTES, LIMIT_BYTES))
     began = time.perf_counter()
@@ -70,12 +75,12 @@ def _measure(smoke: bool, words: bool) -> dict[str, float]:
         figures["ms_reading"] = _reading_ms(2 if smoke else 40)
     unwanted = {"carla", "carlette", "torch", "stucksolver_eval"} & set(sys.modules)
     if unwanted:
-        raise RuntimeError(f"the student needs none of {sorted(unwanted)}, and yet they were loaded")
+        raise RuntimeError(f"unnecessary modules were loaded: {sorted(unwanted)}")
     return figures | {"mb_peak": _status_mb("VmHWM"), "mb_reserved": _status_mb("VmPeak")}
 
 
 def _reading_ms(times: int) -> float:
-    """Return the median time for reading a passenger's words (ms), after a first reading, which loads the weights."""
+    """Return the median time of an interpretation (ms), after a first one, which loads the weights."""
     from stucksolver_language.intent.network import NetworkInterpreter
 
     reader, took = NetworkInterpreter(), []

@@ -1,4 +1,4 @@
-"""Time of one `run_step` of each of our drivers among 20 cars, in milliseconds.
+"""Time of one `run_step` of each built-in driver among 20 cars, in milliseconds.
 
 Both drive the same street of carlette's demo town among cars of the TrafficManager, with the real client. The times
 include reading the snapshot. They exclude the first second, in which the sizes of actors are requested once.
@@ -16,10 +16,11 @@ from stucksolver_carla.drivers.planner import PlannerDriver
 
 DRIVERS = {"behavior": BehaviorDriver, "planner": PlannerDriver}
 FIRST_S = 1.0
+"""Time at the start that is not measured (s)."""
 
 
 def run(smoke: bool) -> dict[str, float]:
-    """Median, 99th percentile and worst of each driver (ms)."""
+    """Return median, 99th percentile and maximum of each driver (ms)."""
     ticks = 40 if smoke else 800
     return {
         f"{name}_{what}": value for name in DRIVERS for what, value in in_own_process(_measured, name, ticks).items()

@@ -1,15 +1,17 @@
 """Effect of open pages on the control loop: one drive at 20 Hz, alternating with and without 50 listening pages.
 
-    python -m lab.benchmarks.passenger_clients --full                     # 5 minutes with 50 pages, 5 without
-    python -m lab.benchmarks.passenger_clients --seconds 60 --clients 20  # shorter
-    python -m lab.benchmarks.passenger_clients --smoke                    # a few seconds of each, to test that it works
+```
+python -m lab.benchmarks.passenger_clients --full                     # 5 minutes with 50 pages, 5 without
+python -m lab.benchmarks.passenger_clients --seconds 60 --clients 20  # shorter
+python -m lab.benchmarks.passenger_clients --smoke                    # a few seconds of each, to test that it works
+```
 
 A report of the late ticks is printed to standard error. Except with `--smoke`, the exit code is 1 if a tick was late
 with pages. Most work for the pages is done in the server's process; the part left in the control loop is `page_work`.
 
-A car stands behind a parked one. The real solver looks for a way past it, and everything that a page shows is sent:
-thoughts and conversation, the bird's-eye view at 10 Hz, a camera image at 5 Hz. The server and the pages each have
-their own process, on whatever cores the machine has. Slices with and without pages alternate, so that other load on the
+A car is stopped behind a parked one. The real solver searches for a plan to pass it, and all contents of a page are
+sent: thoughts and conversation, the bird's-eye view at 10 Hz, a camera image at 5 Hz. The server and the pages each
+have their own process, on any cores of the machine. Slices with and without pages alternate, so that other load on the
 machine affects both.
 """
 
@@ -30,31 +32,38 @@ from pathlib import Path
 from typing import Any
 
 TICK_S = 0.05
+"""Period of the control loop (s)."""
 CLIENTS = 50
+"""Number of pages."""
 SECONDS, SLICE_S = 300.0, 30.0
+"""Duration with pages, and length of a slice (s)."""
 SMOKE_S, SMOKE_SLICE_S = 4.0, 2.0
+"""The same for a smoke test (s)."""
 LATE_S = 0.05
-"""A tick is late if it starts more than this after its due time, which is one whole tick."""
+"""Delay of its start beyond which a tick is late (s): one whole tick."""
 VIEW_TICKS, PICTURE_TICKS = 2, 4
+"""Ticks between two bird's-eye views and between two camera images."""
 OPEN_S = 30.0
-"""Time limit for opening all pages."""
+"""Time limit for opening all pages (s). Ours."""
 PICTURE_PX = (800, 450)
+"""Size of the camera image (px)."""
 CORE_TESTS = Path(__file__).parents[2] / "packages" / "stucksolver" / "tests"
-"""The drive uses the small world of the core's tests."""
+"""The small world of the core's tests, which the drive uses."""
 
 
 @dataclass
 class Half:
-    """Ticks with or without pages: how late each started, and how long its work took (s)."""
+    """Ticks with or without pages: the delay of the start and the duration of the work of each (s)."""
 
     late_s: list[float] = field(default_factory=list)
     work_s: list[float] = field(default_factory=list)
     page_s: list[float] = field(default_factory=list)
-    """The part of the work that is done for pages."""
+    """Durations of the part of the work for pages (s)."""
     late: int = 0
+    """Number of late ticks."""
 
     def figures(self) -> dict[str, float]:
-        """Counts, and times in milliseconds."""
+        """Return counts, and times in milliseconds."""
         late, work, page = sorted(self.late_s), sorted(self.work_s), sorted(self.page_s)
         return {
             "ticks": len(late),
@@ -70,7 +79,7 @@ class Half:
 
 
 class Car:
-    """A world with its solver and its seat at the desk."""
+    """A world with its solver and its session at the server."""
 
     def __init__(self, desk: Any, vehicle: str) -> None:
         sys.path.insert(0, str(CORE_TESTS))
@@ -78,14 +87,14 @@ class Car:
         from stucksolver import StuckSolver
 
         self._desk, self._vehicle, self._number = desk, vehicle, 0
-        # It never gets past, because too little of the oncoming lane is in sight: the car is stuck in every tick.
+        # The car never passes, because too little of the oncoming lane is in sight. It is immobilized in every tick.
         self._world = worlds.World(worlds.straight_road(), [worlds.thing("parked", 75.0)], sight_m=40.0)
         self._solver = StuckSolver(self._world.scene, clock="wall", on_event=desk.ear(vehicle))
         self._seat = desk.add(vehicle, self._solver)
         self._picture = _picture()
 
     def tick(self) -> float:
-        """Does the work of a stack's loop in one tick. Returns the time spent on the page (s)."""
+        """Do the work of a stack's loop in one tick; return the time spent on the page (s)."""
         world = self._world
         directive = self._solver.step(world.status(), world.surroundings)
         world.drive(directive)
@@ -105,13 +114,17 @@ class Car:
             self._desk.show_picture(self._vehicle, self._picture)
 
     def close(self) -> None:
-        """Closes the solver and leaves the desk."""
+        """Close the solver and the vehicle session."""
         self._solver.close()
         self._desk.leave(self._vehicle)
 
 
 def measure(seconds: float, slice_s: float, clients: int = CLIENTS) -> dict[str, float]:
-    """Measures with and without pages, this long each. Raises `RuntimeError` if pages do not open or get nothing."""
+    """Measure with and without pages, `seconds` each.
+
+    Raises:
+        RuntimeError: Pages do not open or receive nothing.
+    """
     from stucksolver_passenger.gateway import PassengerGateway
     from stucksolver_passenger.server.options import PageOptions
     from stucksolver_passenger.server.process import PassengerServer
@@ -133,7 +146,7 @@ def measure(seconds: float, slice_s: float, clients: int = CLIENTS) -> dict[str,
                     counts = pages.close()
                     events, received = events + sum(n for n, _ in counts), received + sum(size for _, size in counts)
                     if min(n for n, _ in counts) == 0:
-                        raise RuntimeError("a page got no event: the server serves fewer pages than expected")
+                        raise RuntimeError("a page received no event: the server serves fewer pages than expected")
             left_s -= slice_s
         car.close()
     alone, with_pages = halves[False].figures(), halves[True].figures()
@@ -151,7 +164,7 @@ def measure(seconds: float, slice_s: float, clients: int = CLIENTS) -> dict[str,
 
 
 def _drive(car: Car, half: Half, seconds: float) -> None:
-    """Drives at 20 Hz in wall time. After a late tick the schedule restarts, so that the next one is not late, too."""
+    """Drive at 20 Hz in wall time. After a late tick the schedule restarts, so that the next one is not late, too."""
     due = time.monotonic()
     end = due + seconds
     while due < end:
@@ -176,11 +189,11 @@ class Pages:
 
     @property
     def open(self) -> bool:
-        """Have all pages received their first event?"""
+        """True if all pages have received their first event."""
         return self._ours.poll() and bool(self._ours.recv())
 
     def close(self) -> list[tuple[int, int]]:
-        """Closes the pages. Returns the number of events and bytes that each received."""
+        """Close the pages; return the number of events and bytes that each received."""
         self._ours.send("over")
         counts: list[tuple[int, int]] = self._ours.recv()
         self._process.join()
@@ -197,7 +210,7 @@ def _until_open(car: Car, pages: Pages) -> None:
 
 
 def _listen(theirs: Connection, port: int, token: str, count: int) -> None:
-    """Entry point of the pages' process. It stands for phones, which take no time of the vehicle's cores."""
+    """Run the pages' process. It represents phones, which take no time of the vehicle's cores."""
     os.nice(19)
     counts = [[0, 0] for _ in range(count)]
 
@@ -238,12 +251,12 @@ def _quantile(ordered: list[float], share: float) -> float:
 
 
 def run(smoke: bool) -> dict[str, float]:
-    """All figures. With `smoke`, a few seconds only: tests that it runs, and says nothing about late ticks."""
+    """Return all metrics. With `smoke`, a few seconds only: a test that it runs, without a result on late ticks."""
     return measure(SMOKE_S, SMOKE_SLICE_S) if smoke else measure(SECONDS, SLICE_S)
 
 
 def report(figures: dict[str, float]) -> str:
-    """The late ticks with and without pages, one line each."""
+    """Return the late ticks with and without pages, one line each."""
     head = f"{figures['clients']:.0f} pages, machine load {figures['load_of_the_machine']:.1f}"
     rows = [
         f"{name} pages: {figures[f'{name}_late']:.0f} of {figures[f'{name}_ticks']:.0f} ticks late, "
@@ -255,7 +268,7 @@ def report(figures: dict[str, float]) -> str:
 
 
 def main() -> int:
-    """Prints all figures as JSON, and the report. Returns 1 if a tick was late with pages, except with `--smoke`."""
+    """Print all metrics as JSON, and the report; return 1 if a tick was late with pages, except with `--smoke`."""
     parser = argparse.ArgumentParser(description="Ticks of the control loop with and without listening pages.")
     lengths = parser.add_mutually_exclusive_group()
     lengths.add_argument("--smoke", action="store_true", help="a few seconds only")

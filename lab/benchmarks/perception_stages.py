@@ -2,7 +2,7 @@
 
 Perception runs at 10 Hz, the stages of its front camera at 5 Hz and that of the rear one at 2.5 Hz. `cycle_ms` is the
 time of one cycle, with these stages counted at a half and a quarter. `of_its_time` is `cycle_ms` divided by the
-available 100 ms: below 1, perception keeps up on one core.
+available 100 ms: below 1, perception is fast enough on one core.
 """
 
 from __future__ import annotations
@@ -17,14 +17,17 @@ from stucksolver_eval.simulator_server import carlette_server, set_synchronous
 from stucksolver_perception.carla import EgoPerception
 
 STEP_S = 0.05
+"""Step of the simulation (s)."""
 PERIOD_MS = 100.0
+"""Period of perception (ms)."""
 CARS = 25
+"""Number of parked cars."""
 SHARES = {"attributes": 0.5, "lights": 0.5, "far": 0.5, "far_view": 0.5, "rear": 0.25}
-"""Share of the cycles with these stages."""
+"""Shares of the cycles that contain these stages."""
 
 
 def run(smoke: bool) -> dict[str, float]:
-    """Medians of each stage and of the whole cycle, and the memory of this process (MB)."""
+    """Return medians of each stage and of the whole cycle, and the memory of this process (MB)."""
     with carlette_server("grid_town", scenery=True) as server:
         world = connect(server, 30.0).get_world()
         set_synchronous(world, STEP_S)
@@ -49,7 +52,7 @@ def run(smoke: bool) -> dict[str, float]:
 
 
 def _street(world: carla.World) -> carla.Vehicle:
-    """Spawns the ego and parked cars around it; returns the ego."""
+    """Spawn the ego and parked cars around it; return the ego."""
     library, spots = world.get_blueprint_library(), world.get_map().get_spawn_points()
     ego: carla.Vehicle = world.spawn_actor(library.find("vehicle.lincoln.mkz_2020"), spots[0])
     here = spots[0].location

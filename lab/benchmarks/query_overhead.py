@@ -1,4 +1,4 @@
-"""Does a pending model query slow down the control loop? Times a step with and without a pending query.
+"""Effect of a pending model query on the control loop: times a step with and without one.
 
 The query goes to a deliberately slow chat server on this machine; the real client waits for it in its own thread.
 `us_*` are microseconds of the control thread's CPU time, as medians or 99th percentiles. `ms_late_*` is the 99th
@@ -24,6 +24,7 @@ from stucksolver_language.llm import Budget, LanguageModelReasoner, ModelSetting
 from stucksolver_language.llm.openai_api import OpenAiChat
 
 TICK_S = 0.005
+"""Period of the loop (s)."""
 RUNG = """
 [[rung]]
 kind = "model"
@@ -35,12 +36,14 @@ repair_rounds = 0
 
 
 def run(smoke: bool) -> dict[str, float]:
-    """`us_*` per step and `ms_late_*`: `open` with a pending query, `free` while the vehicle drives."""
+    """Return `us_*` per step and `ms_late_*`: `open` with a pending query, `free` in free driving."""
     seconds = 0.5 if smoke else 5.0
     free, free_late = _drive(RuleReasoner(), seconds, speed_mps=8.0)
     with _SlowServer(seconds * 4) as server:
         model = OpenAiChat("slow", server)
-        asked = LanguageModelReasoner(model, settings=ModelSettings(deadline_s=90.0), purse=UsageLimits(None, Budget()))
+        asked = LanguageModelReasoner(
+            model, settings=ModelSettings(deadline_s=90.0), usage_limits=UsageLimits(None, Budget())
+        )
         open_, open_late = _drive(asked, seconds, speed_mps=0.0)
         model.cancel()
     figures = {
@@ -54,7 +57,7 @@ def run(smoke: bool) -> dict[str, float]:
 
 
 def _drive(reasoner: Reasoner, seconds: float, speed_mps: float) -> tuple[list[float], list[float]]:
-    """CPU time (us) and delay (s) of each step, without the first tenth, in which the question is asked."""
+    """Return CPU time (us) and delay (s) of each step, without the first tenth, in which the query is sent."""
     surroundings = parked_car()
     costs: list[float] = []
     late: list[float] = []
@@ -64,7 +67,7 @@ def _drive(reasoner: Reasoner, seconds: float, speed_mps: float) -> tuple[list[f
             due = begin + tick * TICK_S
             time.sleep(max(due - time.monotonic(), 0.0))
             late.append(time.monotonic() - due)
-            # The clock jumps by twelve seconds, so that the detector sees a vehicle that has stood for long.
+            # The clock jumps by twelve seconds, so that the detector gets a vehicle that has long been stopped.
             now = tick * TICK_S + (12.0 if tick > 2 else 0.0)
             status = Status(time_s=now, speed_mps=speed_mps, progress_m=speed_mps * now)
             start = time.thread_time()
@@ -101,7 +104,7 @@ class _SlowServer:
                 self.close_connection = True
 
             def log_message(self, *_: object) -> None:
-                """No log."""
+                """Write no log."""
 
         self._http = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
         self._http.daemon_threads = True

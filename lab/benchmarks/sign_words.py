@@ -1,8 +1,8 @@
-"""How well the words on carlette's signs are read by distance, which words are read that are not there, and the time.
+"""Words read on carlette's signs by distance, words that are read without a sign, and the time.
 
-`python -m lab.benchmarks.sign_words [--weather night] [--drives FOLDER --every N --save OUT]`. Needs the extra `signs`.
-With `--drives`, crops of the pictures of recorded drives are read instead, chosen as for a standing vehicle, and each
-word found is listed with its place.
+`python -m lab.benchmarks.sign_words [--weather night] [--drives FOLDER --every N --save OUT]`. It requires the extra
+`signs`. With `--drives`, crops of the pictures of recorded drives are read instead, chosen as for a stopped vehicle,
+and each word is listed with its position.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ SIGNS: dict[tuple[str, str], SignWord | None] = {
     ("274", "50"): None,
     ("274", "90"): None,
 }
-"""The word on each sign that carlette draws; None if it has none, or one that is not on the list."""
+"""The word on each sign that carlette draws; None for no word, or one that is not on the list."""
 PLATES: dict[tuple[str, ...], SignWord | None] = {
     ("SLOW",): SignWord.SLOW,
     ("ROAD", "WORK", "AHEAD"): SignWord.ROAD_WORK,
@@ -77,14 +77,17 @@ PLATES: dict[tuple[str, ...], SignWord | None] = {
     ("FILE",): None,
     ("TOUR",): None,
 }
-"""Plates made here: words that carlette's signs lack, and words that resemble those of the list."""
+"""Plates of this benchmark: words that carlette's signs lack, and words that resemble those of the list."""
 DISTANCES_M = (5, 8, 10, 15, 20, 25, 30, 40)
+"""Distances of the signs (m)."""
 RIGHT_M, NEAR_RIGHT_M = 3.0, 2.5
-"""Lateral distance from the lane's centre; at 5 m slightly less, to be in the image."""
+"""Lateral distance from the lane's center (m); at 5 m slightly less, to be in the image."""
 HALF_M = 0.95
-"""Half the width of the crop at the sign's distance, if its position is known."""
+"""Half the width of the crop at the sign's distance, if its position is known (m)."""
 MOST_TURNED_DEG = 12.0
+"""Maximum rotation of a sign (degrees)."""
 WEATHERS: dict[str, dict[str, float]] = {"clear": {}, "night": {"altitude": -30.0}}
+"""Parameters of the weather by name."""
 
 
 @dataclass(frozen=True)
@@ -97,11 +100,11 @@ class Shot:
     rgb: Bytes
     column: float
     row: float
-    """The middle of its face (px)."""
+    """Row of the center of its face (px)."""
 
 
 def plate(lines: Sequence[str]) -> Mesh:
-    """A white plate with black lines, as wide as the longest, at the height of signs."""
+    """Return a white plate with black lines, as wide as the longest, at the height of signs."""
     builder = Builder(tags.TRAFFIC_SIGN)
     half, high = 0.1 * max(map(len, lines)) + 0.08, 0.18 * len(lines) + 0.06
     corners = [(0.06, y * half, FACE_M + z * high) for y, z in ((1, 1), (-1, 1), (-1, -1), (1, -1))]
@@ -113,7 +116,7 @@ def plate(lines: Sequence[str]) -> Mesh:
 
 
 def shots(weather: str, rig: CameraRig) -> Iterator[Shot]:
-    """Each sign at each distance."""
+    """Yield each sign at each distance."""
     network = RoadNetwork(load_map(DEMO_TOWN))
     random = np.random.default_rng(1)
     eye_m = rig.mount.z_m
@@ -124,10 +127,10 @@ def shots(weather: str, rig: CameraRig) -> Iterator[Shot]:
             right = RIGHT_M if away > DISTANCES_M[0] else NEAR_RIGHT_M
             studio = Studio(network)
             studio.weather(**WEATHERS[weather])
-            turned = studio.place(away, right, 0.0, 180.0 + float(random.uniform(-MOST_TURNED_DEG, MOST_TURNED_DEG)))
+            turned = studio.pose_at(away, right, 0.0, 180.0 + float(random.uniform(-MOST_TURNED_DEG, MOST_TURNED_DEG)))
             studio.extra.append(RenderPart(mesh, matrix_of(turned), 0, tags.TRAFFIC_SIGN))
             studio.world.tick()
-            eye = Pose(studio.place(0.0, 0.0, eye_m).location, Rotation(0.0, studio.spot.rotation.yaw, 0.0))
+            eye = Pose(studio.pose_at(0.0, 0.0, eye_m).location, Rotation(0.0, studio.spot.rotation.yaw, 0.0))
             rgb = studio.shoot(CameraView(eye, rig.width_px, rig.height_px, rig.fov_deg))
             column = rig.width_px / 2 + rig.focal_px * right / away
             row = rig.height_px / 2 - rig.focal_px * (FACE_M - eye_m) / away
@@ -135,7 +138,7 @@ def shots(weather: str, rig: CameraRig) -> Iterator[Shot]:
 
 
 def around(shot: Shot, rig: CameraRig) -> SignTarget:
-    """The crop around a sign whose position is known."""
+    """Return the crop around a sign whose position is known."""
     half = rig.focal_px * HALF_M / shot.away_m
     left, top = max(int(shot.column - half), 0), max(int(shot.row - 0.8 * half), 0)
     right, bottom = min(int(shot.column + half), rig.width_px), int(shot.row + 0.8 * half)
@@ -143,14 +146,14 @@ def around(shot: Shot, rig: CameraRig) -> SignTarget:
 
 
 class Timed:
-    """A reader that notes how long each crop took."""
+    """A reader that notes the time of each crop."""
 
     def __init__(self) -> None:
         self._reader = SignReader()
         self.cpu_ms: list[float] = []
 
     def read(self, rgb: Bytes, target: SignTarget) -> Counter[SignWord]:
-        """The words in a part of an image."""
+        """Return the words in a part of an image."""
         began = time.process_time()
         found = self._reader.read(target.crop(rgb), target.single)
         self.cpu_ms.append(1e3 * (time.process_time() - began))
@@ -158,10 +161,10 @@ class Timed:
 
 
 def measure_signs(weather: str, rig: CameraRig) -> None:
-    """Prints one line per sign, and what was read in all."""
+    """Print one line per sign, and the total of the words."""
     reader = Timed()
     for kind in ("known place", "road ahead"):
-        told: dict[str, list[str]] = {}
+        found_words: dict[str, list[str]] = {}
         counts: Counter[str] = Counter()
         reader.cpu_ms.clear()
         for shot in shots(weather, rig):
@@ -171,11 +174,11 @@ def measure_signs(weather: str, rig: CameraRig) -> None:
             words = set().union(*(reader.read(shot.rgb, part) for part in parts))
             wrong = words - {shot.word}
             answer = "WRONG " + "+".join(item.value for item in wrong) if wrong else "yes" if words else "-"
-            told.setdefault(shot.name, []).append(f"{shot.away_m} m {answer}")
+            found_words.setdefault(shot.name, []).append(f"{shot.away_m} m {answer}")
             sort = "with a word" if shot.word else "without"
             counts[f"{sort}: {'wrong' if wrong else 'read' if words else 'nothing'}"] += 1
         print(f"{kind}, {weather}")
-        for name, line in told.items():
+        for name, line in found_words.items():
             print(f"  {name}: {', '.join(line)}")
         print(
             f"  {dict(counts)}; median {statistics.median(reader.cpu_ms):.0f} ms of CPU time per crop, "
@@ -184,7 +187,7 @@ def measure_signs(weather: str, rig: CameraRig) -> None:
 
 
 def measure_drives(folder: Path, every: int, save: Path | None) -> None:
-    """Prints each word found in the pictures of recorded drives, and the number of crops."""
+    """Print each word found in the pictures of recorded drives, and the number of crops."""
     reader = Timed()
     found = 0
     for drive in recordings(folder):
@@ -209,7 +212,7 @@ def measure_drives(folder: Path, every: int, save: Path | None) -> None:
 
 
 def keep(rgb: Bytes, target: SignTarget, file: Path) -> None:
-    """Saves a crop."""
+    """Save a crop."""
     from PIL import Image
 
     file.parent.mkdir(parents=True, exist_ok=True)
@@ -217,18 +220,18 @@ def keep(rgb: Bytes, target: SignTarget, file: Path) -> None:
 
 
 def type_of(tick: Recorded, target: SignTarget) -> str:
-    """The blueprint of what is in a crop."""
+    """Return the blueprint of the object in a crop."""
     return "ahead" if target.track_id is None else tick.truth.type_id[target.track_id]
 
 
 def pose_of(tick: Recorded) -> PoseEstimate:
-    """The true pose."""
+    """Return the true pose."""
     x, y, z, yaw = (float(item) for item in tick.pose[:4])
     return PoseEstimate(tick.time_s, x, y, z, yaw, 0.0, 0.0, np.eye(4))
 
 
 def tracks_of(tick: Recorded) -> Iterator[Track]:
-    """The true bodies as tracks at rest, by their index."""
+    """Yield the true bodies as stationary tracks, by their index."""
     for i, (box, kind) in enumerate(zip(tick.truth.boxes, tick.truth.kind, strict=True)):
         label = LABEL_OF_KIND.get(KINDS[int(kind)])
         if label is not None:
@@ -236,7 +239,7 @@ def tracks_of(tick: Recorded) -> Iterator[Track]:
 
 
 def track_of(number: int, time_s: float, label: int, box: Floats) -> Track:
-    """A track with this box, see `recording.BOX_COLUMNS`."""
+    """Return a track with this box, see `recording.BOX_COLUMNS`."""
     x, y, z, yaw, length, width, height = (float(item) for item in box[:7])
     return Track(
         number, time_s, label, 1.0, 1.0, x, y, z, yaw, 0.0, 0.0, length, width, height, np.eye(5), 0.0, time_s, 9,
@@ -245,17 +248,17 @@ def track_of(number: int, time_s: float, label: int, box: Floats) -> Track:
 
 
 def main() -> None:
-    """Reads signs, or the pictures of drives."""
+    """Read signs, or the pictures of drives."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--weather", choices=sorted(WEATHERS), default="clear")
     parser.add_argument("--drives", type=Path, help="folder of recordings (`python -m lab perception collect`)")
-    parser.add_argument("--every", type=int, default=5, help="of each drive's pictures, every so many")
+    parser.add_argument("--every", type=int, default=5, help="number of pictures per picture that is used")
     parser.add_argument("--save", type=Path, help="folder for the crops in which a word was found")
-    given = parser.parse_args()
-    if given.drives is not None:
-        measure_drives(given.drives, given.every, given.save)
+    options = parser.parse_args()
+    if options.drives is not None:
+        measure_drives(options.drives, options.every, options.save)
     else:
-        measure_signs(given.weather, load_rig().camera)
+        measure_signs(options.weather, load_rig().camera)
 
 
 if __name__ == "__main__":

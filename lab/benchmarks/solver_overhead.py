@@ -1,8 +1,8 @@
 """Time that the solver adds to a stack: per tick of free driving, and per call of the guard, the rules and the view.
 
-Medians of many batches, in microseconds of the thread's CPU time, which other work affects less. Figures per tick are
-also given as a ratio to an empty loop that calls a trivial method, measured in the same run, so that machines can be
-compared.
+The metrics are medians of many batches, in microseconds of the thread's CPU time, which other work affects less.
+Metrics per tick are also given as a ratio to an empty loop that calls a trivial method, measured in the same run, so
+that machines can be compared.
 """
 
 from __future__ import annotations
@@ -35,12 +35,15 @@ from stucksolver.scene.scene_builder import build_scene
 from stucksolver.solver import StuckSolver
 
 ACTORS = 30
+"""Number of road users."""
 STATIONS = 401
+"""Number of points of the road."""
 LANE_M = 3.5
+"""Width of a lane (m)."""
 
 
 def run(smoke: bool) -> dict[str, float]:
-    """`us_*`: microseconds per call. `ratio_*`: ratio of each tick figure to `us_empty_loop`."""
+    """Return `us_*`, microseconds per call, and `ratio_*`, the ratio of each tick metric to `us_empty_loop`."""
     batches = 5 if smoke else 60
     figures = _ticks(batches, 200 if smoke else 2000) | _looks(batches, 2 if smoke else 10)
     for name in ("detector", "step"):
@@ -49,7 +52,7 @@ def run(smoke: bool) -> dict[str, float]:
 
 
 def _ticks(batches: int, calls: int) -> dict[str, float]:
-    """The detector alone, and the whole step, while the vehicle drives freely."""
+    """Return the times of the detector alone and of the whole step in free driving (us)."""
     statuses = [Status(time_s=0.05 * k, speed_mps=8.0, progress_m=0.4 * k) for k in range(batches * calls)]
     nothing, detector = _Nothing(), Detector()
     figures = {
@@ -62,18 +65,18 @@ def _ticks(batches: int, calls: int) -> dict[str, float]:
 
 
 def _looks(batches: int, calls: int) -> dict[str, float]:
-    """Calls that happen only while a plan is pending or running, with 30 actors around."""
+    """Return the times of calls that happen only while a plan is pending or running, with 30 actors around (us)."""
     surroundings, guard, rules = parked_car(), Guard(), RuleReasoner()
     view = FrenetScene(surroundings)
     scene = build_scene(view, Status(time_s=0.0, speed_mps=0.0, progress_m=0.0), describe(tuple(REGISTRY)))
     plan = [BorrowOncomingLane(past_object_id="lead", speed_mps=5.0)]
     verdict, proven = guard.accept(plan, view, guided=False)
     if proven is None:
-        raise RuntimeError(f"the benchmark's own plan was refused: {verdict}")
+        raise RuntimeError(f"the guard rejected the benchmark's own plan: {verdict}")
     again, crowd = proven, _crowd(surroundings)
     back = guard.accept([BackUp(distance_m=5.0)], view, guided=False)[1]
     if back is None:
-        raise RuntimeError("the benchmark's plan to back up was refused")
+        raise RuntimeError("the guard rejected the benchmark's plan to back up")
     return {
         "us_view": _median(batches, calls, lambda: FrenetScene(surroundings)),
         "us_accept": _median(batches, calls, lambda: guard.accept(plan, FrenetScene(surroundings), guided=False)),
@@ -90,12 +93,12 @@ class _Nothing:
         return None
 
 
-def _never(seen: object = None) -> NoReturn:
+def _never(surroundings: object = None) -> NoReturn:
     raise RuntimeError("free driving requested the surroundings")
 
 
 def _each(statuses: list[Status], batches: int, call: Callable[[Status], object]) -> float:
-    """Median time of a call over batches of statuses (us)."""
+    """Return the median time of a call over batches of statuses (us)."""
     size = len(statuses) // batches
     times = []
     for k in range(batches):
@@ -118,7 +121,10 @@ def _median(batches: int, calls: int, call: Callable[[], object]) -> float:
 
 
 def parked_car() -> Surroundings:
-    """Behind a parked car on a two-way road with other parked cars, pedestrians, and traffic that has passed."""
+    """Return surroundings behind a parked car on a two-way road.
+
+    They contain other parked cars, pedestrians, and traffic that has passed.
+    """
     objects = [_object("lead", 75.0, 0.0, ObjectKind.CAR)]
     for k in range(ACTORS - 1):
         x = 40.0 + 9.0 * k
@@ -140,7 +146,7 @@ def parked_car() -> Surroundings:
 
 
 def _crowd(surroundings: Surroundings) -> Surroundings:
-    """The worst case: everybody walks towards the path, so that the guard can filter out nobody."""
+    """Return the worst case: all pedestrians walk toward the path, so that the guard can filter out none of them."""
     walkers = [
         _object(f"walker {k}", 62.0 + 2.0 * k, 6.0 + k % 10, ObjectKind.PEDESTRIAN).model_copy(update={"vy_mps": -1.2})
         for k in range(ACTORS - 1)

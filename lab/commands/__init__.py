@@ -5,6 +5,6 @@ from stucksolver.commands.command_table import CliCommand
 COMMANDS = {
     "perception": CliCommand("record drives, train perception on them, and score it", "lab.commands.perception"),
     "distill": CliCommand(
-        "collect what the student learns from, train it, score it and export it", "lab.commands.distill"
+        "collect training data of the student, train it, score it and export it", "lab.commands.distill"
     ),
 }

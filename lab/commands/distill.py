@@ -1,4 +1,4 @@
-"""`python -m lab distill`: collects what the student learns from, trains it, scores it, and exports it."""
+"""`python -m lab distill`: collects training data of the student, trains it, scores it, and exports it."""
 
 from __future__ import annotations
 
@@ -10,25 +10,30 @@ from stucksolver.commands.arguments import above_zero, add_maps, at_least, whole
 from stucksolver.commands.errors import UsageError
 from stucksolver.commands.subcommands import parts_of
 
-INTERRUPTED = "interrupted; what is done is kept: run the same command again to continue"
-NEEDS_TORCH = "training needs packages that are not installed: pip install torch onnx"
+INTERRUPTED = "interrupted: finished parts are stored. Run the same command again to continue"
+NEEDS_TORCH = "not installed: torch, onnx. Install them with `pip install torch onnx`"
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
     add = parts_of(parser)
-    _add_collect(add("collect", "drive standstills of a suite, or read records, and keep what can be learnt", _collect))
-    _add_train(add("train", "train the student on what was collected, and score it on what was held out", _train))
-    _add_eval(add("eval", "score the student on what was collected", _eval))
+    _add_collect(add("collect", "drive standstills of a suite, or read records, and store the training data", _collect))
+    _add_train(add("train", "train the student on collected data, and score it on the held-out part", _train))
+    _add_eval(add("eval", "score the student on collected data", _eval))
     _add_wordings(add("wordings", "score the student's plans after a passenger's sentences", _wordings))
-    _add_export(add("export", "check trained weights and copy what is needed to drive with them", _export))
+    _add_export(add("export", "check trained weights and copy the files for driving with them", _export))
 
 
 def run(options: argparse.Namespace) -> int:
-    """Run the requested subcommand and return its exit code. Raises `UsageError`."""
+    """Run the requested subcommand and return its exit code.
+
+    Raises:
+        UsageError: The options cannot be used.
+    """
     try:
         return int(options.part(options))
     except KeyboardInterrupt:
+        # An interruption is no error: the finished parts are stored.
         print(f"\n{INTERRUPTED}", file=sys.stderr)
         return 130
 
@@ -45,8 +50,8 @@ def _add_collect(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--waits",
         action="store_true",
-        help="drive with the driver alone, and keep when it went on by itself and what the guard accepts, instead of "
-        "searching plans",
+        help="drive with the driver alone, and store when it went on and which plans the guard accepts, "
+        "instead of searching plans",
     )
     parser.add_argument("--routes", default="", metavar="ID,ID", help="only these routes of the suite")
     parser.add_argument("--seed", type=whole, default=1, help="seed of the traffic")
@@ -130,9 +135,7 @@ def _require_client() -> None:
     from importlib.util import find_spec
 
     if find_spec("carla") is None:
-        raise UsageError(
-            "driving needs the carla package, which is not installed: add the extra [carla] (README, Install)"
-        )
+        raise UsageError("not installed: carla, which driving requires. Add the extra [carla] (README, Install)")
 
 
 def _plans(options: argparse.Namespace) -> int:
@@ -240,7 +243,7 @@ def _wordings(options: argparse.Namespace) -> int:
     except (OSError, ValueError) as error:
         raise UsageError(str(error)) from error
     if not found:
-        raise UsageError("the guard accepted no plan of a kind that is asked for, at any moment that is held out")
+        raise UsageError("no accepted plan of a requested kind at any held-out sample. Use other sentences or data")
     print(wording_table(found))
     return 0
 

@@ -14,7 +14,7 @@ from stucksolver_eval.commands.run_arguments import driver_name
 
 SCORED = ("lidar", "noise", "tracking", "localisation", "lights", "attributes", "far")
 TRAINED = ("lidar", "crops", "far")
-NEEDS_CLIENT = "collecting needs the carla package, which is not installed: add the extra [carla] (README, Install)"
+NEEDS_CLIENT = "not installed: carla, which collecting requires. Add the extra [carla] (README, Install)"
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -23,11 +23,15 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     _add_collect(add("collect", "drive routes and record sensor data with ground truth", _collect))
     _add_eval(add("eval", "run perception on recordings and score it", _eval))
     _add_train(add("train", "train the networks on recordings", _train))
-    _add_export(add("export", "install trained networks where perception looks for them", _export))
+    _add_export(add("export", "install trained networks in the folder that perception reads", _export))
 
 
 def run(options: argparse.Namespace) -> int:
-    """Run the requested subcommand and return its exit code. Raises `UsageError`."""
+    """Run the requested subcommand and return its exit code.
+
+    Raises:
+        UsageError: The options cannot be used.
+    """
     return run_part(options)
 
 
@@ -40,7 +44,7 @@ def _add_collect(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--routes", default="", metavar="ID,ID", help="only these routes of the suite")
     parser.add_argument("--drives", type=at_least(1), default=1, help="number of random drives in each town")
     parser.add_argument(
-        "--out", type=Path, required=True, metavar="DIR", help="folder for recordings; drives already there are kept"
+        "--out", type=Path, required=True, metavar="DIR", help="folder for recordings; drives already there remain"
     )
     parser.add_argument("--jobs", type=at_least(1), default=2, help="number of routes driven in parallel")
     parser.add_argument("--seed", type=whole, default=1, help="seed of traffic, weather, pedestrians and random routes")
@@ -52,7 +56,11 @@ def _add_collect(parser: argparse.ArgumentParser) -> None:
         "--weather", choices=("random", "route"), default="random", help="random weather, or that of the route file"
     )
     parser.add_argument(
-        "--every", type=float, default=1.0, metavar="S", help="interval between the kept windows of ticks; 0 keeps all"
+        "--every",
+        type=float,
+        default=1.0,
+        metavar="S",
+        help="interval between the stored windows of ticks; 0 stores all",
     )
     add_maps(parser)
     add_server(parser)
@@ -85,7 +93,9 @@ def _add_export(parser: argparse.ArgumentParser) -> None:
         "--run", dest="run_folder", type=Path, required=True, metavar="DIR", help="output of `perception train`"
     )
     parser.add_argument("--check", type=Path, nargs="+", required=True, metavar="DIR", help="recordings to validate on")
-    parser.add_argument("--out", type=Path, metavar="DIR", help="folder to use instead of where perception looks")
+    parser.add_argument(
+        "--out", type=Path, metavar="DIR", help="folder to use instead of the one that perception reads"
+    )
     parser.add_argument("--only", default="", metavar="NAME,NAME", help=f"some of {', '.join(TRAINED)}")
     add_json(parser, '{"folders": [a path for each folder that was written]}')
 
@@ -102,7 +112,7 @@ def _collect(options: argparse.Namespace) -> int:
     from stucksolver_eval.systems.factory import SystemSpecError
 
     if options.every and not 0.6 <= options.every <= 60.0:
-        raise UsageError("--every: give 0, or from 0.6 to 60 seconds")
+        raise UsageError(f"--every: expected 0, or 0.6 to 60 seconds, got {options.every:g}")
     spec = CollectSpec(
         out=options.out,
         suite=options.suite,
@@ -139,9 +149,9 @@ def _eval(options: argparse.Namespace) -> int:
     from stucksolver_perception.recording import RecordingError
 
     only = _some(options.only, SCORED)
-    given = ScoringInput((), options.lidar_weights, options.camera_weights, options.threads)
+    scoring_input = ScoringInput((), options.lidar_weights, options.camera_weights, options.threads)
     try:
-        found = evaluate_perception(options.data, options.out, only, given)
+        found = evaluate_perception(options.data, options.out, only, scoring_input)
     except (RecordingError, OutputError) as error:
         raise UsageError(str(error)) from error
     for part, reason in found.left_out.items():
@@ -153,9 +163,9 @@ def _eval(options: argparse.Namespace) -> int:
 def _train(options: argparse.Namespace) -> int:
     from lab.perception.training.train_networks import TrainingError, TrainSpec, train_networks
 
-    told = (tuple(options.data), tuple(options.check), options.out)
+    spec = (tuple(options.data), tuple(options.check), options.out)
     try:
-        train_networks(TrainSpec(*told, _some(options.only, TRAINED), options.minutes, options.seed))
+        train_networks(TrainSpec(*spec, _some(options.only, TRAINED), options.minutes, options.seed))
     except TrainingError as error:
         raise UsageError(str(error)) from error
     return 0
@@ -179,11 +189,15 @@ def _export(options: argparse.Namespace) -> int:
 
 
 def _some(text: str, known: tuple[str, ...]) -> tuple[str, ...]:
-    """Split a list of names, each of which must be known. Raises `UsageError`."""
+    """Split a list of names, each of which must be known.
+
+    Raises:
+        UsageError: A name is unknown.
+    """
     names = _names(text)
     strange = [name for name in names if name not in known]
     if strange:
-        raise UsageError(f"--only {strange[0]}: unknown part; choose from {', '.join(known)}")
+        raise UsageError(f"--only: expected some of {', '.join(known)}, got {strange[0]!r}")
     return names
 
 

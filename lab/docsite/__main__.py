@@ -26,17 +26,17 @@ MENDED = (
 
 
 SOURCES = sorted(ROOT.glob("packages/*/src"))
-"""Where the packages are whose docstrings the reference shows."""
+"""Packages whose docstrings the reference shows."""
 
 
 def main() -> int:
-    """Stages and builds the site. Returns 1 if a page has a broken link or does not build."""
+    """Stage and build the site; return 1 if a page has a broken link or does not build."""
     parser = argparse.ArgumentParser(prog="python -m lab.docsite", description=__doc__)
     parser.add_argument("--out", type=Path, default=Path("out/site"), help="output folder")
     parser.add_argument("--report", type=Path, help="page of a demonstration, included unchanged")
     options = parser.parse_args()
     if options.report and not options.report.is_file():
-        parser.error(f"{options.report} does not exist; `make demo` writes out/demo/report.html")
+        parser.error(f"file not found: {options.report}. `make demo` writes out/demo/report.html")
     undrawn = [source for source in sources() if not picture(source).is_file()]
     if undrawn:
         print(
@@ -59,8 +59,8 @@ def main() -> int:
             check=False,
         )
     if done.returncode:
-        told = [line for line in done.stderr.splitlines() if not line.startswith("INFO")]
-        print("\n".join(told), file=sys.stderr)
+        lines = [line for line in done.stderr.splitlines() if not line.startswith("INFO")]
+        print("\n".join(lines), file=sys.stderr)
         return 1
     for page in options.out.rglob("*.html"):
         if page.name == "report.html":

@@ -17,10 +17,13 @@ from lab.docsite.diagrams import ROOT
 
 FILE = ROOT / "docs" / "images" / "demo.webp"
 FROM_S, TO_S, STEP_S = 4.0, 43.0, 0.5
+"""Start, end and step of the clip in the report (s)."""
 FRAME_MS = 125
-"""Plays at four times the speed of the drive."""
+"""Duration of a frame (ms): the clip plays at four times the speed of the drive."""
 SIZE = {"width": 1200, "height": 545}
+"""Size of the screenshots (px)."""
 WIDTH_PX = 900
+"""Width of the clip (px)."""
 SHOW = """([slider, time_s]) => {
   slider.value = time_s;
   slider.dispatchEvent(new Event("input", {bubbles: true}));
@@ -28,7 +31,7 @@ SHOW = """([slider, time_s]) => {
 
 
 def frames(report: Path) -> list[Image.Image]:
-    """Screenshots of the top of the page at each time."""
+    """Return screenshots of the top of the page at each time."""
     from playwright.sync_api import sync_playwright
 
     pictures = []
@@ -49,10 +52,10 @@ def frames(report: Path) -> list[Image.Image]:
 
 
 def main() -> int:
-    """Writes the clip. Returns 2 if the page does not exist."""
+    """Write the clip. Returns 2 if the page does not exist."""
     report = Path(sys.argv[1] if len(sys.argv) > 1 else ROOT / "out" / "demo" / "report.html")
     if not report.is_file():
-        print(f"error: {report} does not exist; `make demo` writes out/demo/report.html", file=sys.stderr)
+        print(f"error: file not found: {report}. `make demo` writes out/demo/report.html", file=sys.stderr)
         return 2
     first, *rest = frames(report)
     first.save(FILE, save_all=True, append_images=rest, duration=FRAME_MS, loop=0, quality=60, method=6)

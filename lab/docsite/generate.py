@@ -39,9 +39,9 @@ def commands_page() -> str:
 def _parts(parser: argparse.ArgumentParser, before: str = "stucksolver") -> Iterator[tuple[str, Any, str]]:
     for action in parser._actions:
         if isinstance(action, argparse._SubParsersAction):
-            told = {item.dest: item.help or "" for item in action._choices_actions}
+            helps = {item.dest: item.help or "" for item in action._choices_actions}
             for name, part in action.choices.items():
-                yield f"{before} {name}", part, part.description or told[name]
+                yield f"{before} {name}", part, part.description or helps[name]
                 yield from _parts(part, f"{before} {name}")
 
 
@@ -53,8 +53,8 @@ def _options(parser: argparse.ArgumentParser) -> list[str]:
         name = ", ".join(f"`{string}`" for string in action.option_strings) or f"`{action.dest}`"
         value = "" if action.nargs == 0 or not action.option_strings else f" `{action.metavar or _kind(action)}`"
         default = "" if action.default in (None, False, "", (), []) else f"`{action.default}`"
-        told = _cell((action.help or "").replace("%%", "%"))
-        rows.append(f"| {name}{value} | {told}{' **(required)**' if action.required else ''} | {default} |")
+        help_text = _cell((action.help or "").replace("%%", "%"))
+        rows.append(f"| {name}{value} | {help_text}{' **(required)**' if action.required else ''} | {default} |")
     return ["| option | meaning | default |", "|---|---|---|", *rows] if rows else ["It has subcommands; see below."]
 
 
@@ -130,16 +130,16 @@ def schema_files() -> dict[str, str]:
 
 
 def _about(definition: dict[str, Any]) -> list[str]:
-    told = str(definition.get("description", "")).split("\n\n")[0].replace("\n", " ")
-    return [told, ""] if told else []
+    text = str(definition.get("description", "")).split("\n\n")[0].replace("\n", " ")
+    return [text, ""] if text else []
 
 
 def _fields(schema: dict[str, Any]) -> list[str]:
     required = schema.get("required", ())
     rows = []
     for name, field in schema["properties"].items():
-        told = f"`{name}`" if name in required else f"`{name}` (optional)"
-        rows.append(f"| {told} | {_type(field)} | {_cell(field.get('description', ''))} |")
+        text = f"`{name}`" if name in required else f"`{name}` (optional)"
+        rows.append(f"| {text} | {_type(field)} | {_cell(field.get('description', ''))} |")
     return ["| field | type | meaning |", "|---|---|---|", *rows]
 
 

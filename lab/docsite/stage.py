@@ -10,18 +10,18 @@ import re
 import shutil
 from pathlib import Path
 
-from lab.docsite.diagrams import ROOT, drawn
+from lab.docsite.diagrams import ROOT, with_images
 from lab.docsite.generate import commands_page, http_page, openapi, schema_files, schemas_page, settings_page
 
 PAGES = ("README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "SECURITY.md", "CHANGELOG.md")
 LINK = re.compile(r"(?<!!)\[([^\]\n]+)\]\(([^)\s#]+)(#[^)\s]*)?\)")
 PICTURE_TYPES = (".png", ".svg", ".jpg", ".webp")
 FILE_MAX_BYTES = 300_000
-"""A larger file that a page links to is named, but not copied."""
+"""Size up to which a linked file is copied (bytes). Ours; a larger one is only named."""
 
 
 def stage(target: Path, report: Path | None = None) -> None:
-    """Fills an empty folder. `report`: the page of a demonstration, included in the site unchanged."""
+    """Fill an empty folder. `report`: the page of a demonstration, included in the site unchanged."""
     shutil.rmtree(target, ignore_errors=True)
     target.mkdir(parents=True)
     for source in _pages():
@@ -52,12 +52,15 @@ def _pages() -> list[Path]:
 
 def _put(place: Path, source: Path) -> None:
     up = "../" * len(source.relative_to(ROOT).parts[:-1])
-    text = drawn(source.read_text(encoding="utf-8"), up)
+    text = with_images(source.read_text(encoding="utf-8"), up)
     _write(place, LINK.sub(lambda found: _link(found, source, place), text))
 
 
 def _link(found: re.Match[str], source: Path, place: Path) -> str:
-    """A link to a page is kept. For a link to another file, the file is copied, or only named."""
+    """Return the link of a page.
+
+    A link to another page stays. For a link to another file, the file is copied, or only named.
+    """
     words, to = found[1], found[2]
     target = (source.parent / to).resolve()
     if "://" in to or to.startswith("mailto:") or not target.is_relative_to(ROOT) or not target.exists():

@@ -1,4 +1,4 @@
-"""Times what a newcomer does, from the clone to their own stack: `python -m lab.docsite.stopwatch`.
+"""Times the steps of a newcomer, from the clone to a stack of one's own: `python -m lab.docsite.stopwatch`.
 
 It clones this checkout's last commit into a temporary folder, sets it up with `make demo`, and runs every command of
 the tutorial there, in the environment that `make demo` made. The times go into the table of `docs/tutorial/index.md`.
@@ -32,11 +32,11 @@ STEPS = {
     "own-behaviour": "your own behaviour",
 }
 ENDING = " 2>&1 || true"
-"""Commands that are meant to fail end so; the table leaves it out."""
+"""End of commands that are meant to fail; the table leaves it out."""
 
 
 class Lap(NamedTuple):
-    """One step: what for, the last of its commands, and how long they took (s)."""
+    """One step: its purpose, the last of its commands, and their duration (s)."""
 
     step: str
     command: str
@@ -44,7 +44,12 @@ class Lap(NamedTuple):
 
 
 def laps(folder: Path) -> Iterator[Lap]:
-    """Do everything in an empty folder. Raises `CalledProcessError` and `TutorialError`."""
+    """Do all steps in an empty folder.
+
+    Raises:
+        CalledProcessError: A command fails.
+        TutorialError: A page does not do what it says.
+    """
     clone = folder / "stucksolver"
     yield _timed("clone", ["git", "clone", "--quiet", str(ROOT), str(clone)], folder)
     yield _timed("environment, and the demo", ["make", "demo"], clone)
@@ -66,7 +71,7 @@ def _timed(step: str, command: list[str], folder: Path) -> Lap:
 
 
 def table(found: list[Lap]) -> str:
-    """The Markdown table; its last column adds the times up."""
+    """Return the Markdown table; its last column adds up the times."""
     lines = ["", "| step | command | time | since the start |", "|---|---|---|---|"]
     total, last = 0.0, ""
     for lap in found:
@@ -84,7 +89,7 @@ def table(found: list[Lap]) -> str:
 
 
 def main() -> int:
-    """Time everything, and write the table."""
+    """Time all steps, and write the table."""
     found = []
     with tempfile.TemporaryDirectory() as folder:
         for lap in laps(Path(folder)):

@@ -1,6 +1,6 @@
 """Runs every file and command on the tutorial's pages: `python -m lab.docsite.tutorials [PAGE ...]`.
 
-Works in a copy of the checkout, so that the pages may write and change files. A block with `title="NAME"` is a file.
+It works in a copy of the checkout, so that the pages may write and change files. A block with `title="NAME"` is a file.
 `sh` blocks run in order, and the time of each is printed. Each line of a block titled "prints" must be in the output of
 the commands before it.
 """
@@ -23,10 +23,10 @@ from lab.docsite.diagrams import ROOT
 PAGES = ROOT / "docs" / "tutorial"
 BLOCK = re.compile(r'^```(\w+)(?: title="([^"]+)")?\n(.*?)^```$', re.MULTILINE | re.DOTALL)
 CLONED = re.compile(r"packages/[^/]+/src/|packages/stucksolver-language/tests/llm/|examples/|docs/tutorial/")
-"""The files that the pages use."""
+"""Files that the pages use."""
 PRINTS = "prints"
 LIMIT_S = 600.0
-"""Time limit for one block of commands. The longest drives two streets and takes about a minute on two idle cores."""
+"""Time limit for one block of commands (s). The longest drives two streets in about a minute on two idle cores."""
 
 
 class Block(NamedTuple):
@@ -42,14 +42,17 @@ class TutorialError(RuntimeError):
 
 
 def blocks(page: str) -> list[Block]:
-    """All blocks of a page that have a language."""
+    """Return all blocks of a page that have a language."""
     return [Block(language, title or "", text) for language, title, text in BLOCK.findall(page)]
 
 
 def follow(page: str, folder: Path, name: str = "page", python: str = sys.executable) -> Iterator[str]:
-    """Follow a page in a folder; yield each block of commands after it has run. Raises `TutorialError`.
+    """Follow a page in a folder; yield each block of commands after it has run.
 
     Commands find the programs of the environment of `python` first.
+
+    Raises:
+        TutorialError: The page does not do what it says.
     """
     printed = ""
     for block in blocks(page):
@@ -66,7 +69,7 @@ def follow(page: str, folder: Path, name: str = "page", python: str = sys.execut
 
 
 def _run(commands: str, folder: Path, name: str, python: str) -> str:
-    """The output of the commands on both streams."""
+    """Return the output of the commands on both streams."""
     environment = {**os.environ, "PATH": f"{Path(python).parent}{os.pathsep}{os.environ['PATH']}"}
     for variable in [key for key in environment if key.startswith("STUCKSOLVER_")]:
         del environment[variable]
@@ -82,7 +85,7 @@ def _run(commands: str, folder: Path, name: str, python: str) -> str:
 
 
 def checkout(folder: Path) -> None:
-    """Copies what a newcomer has after cloning, without the large data of results and training."""
+    """Copy the files that a newcomer has after cloning, without the large data of results and training."""
     command = ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
     listed = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
     for name in listed.split("\0"):
@@ -92,7 +95,7 @@ def checkout(folder: Path) -> None:
 
 
 def main() -> int:
-    """Runs the pages. Returns 1 if a page does not do what it says."""
+    """Run the pages; return 1 if a page does not do what it says."""
     names = sys.argv[1:] or [page.stem for page in sorted(PAGES.glob("*.md"))]
     bad = 0
     for name in names:
@@ -106,6 +109,7 @@ def main() -> int:
                     begun = now
                 print(f"{name}: {time.monotonic() - start:6.1f} s  in total", flush=True)
             except (TutorialError, subprocess.TimeoutExpired) as error:
+                # A failed page must not stop the others.
                 print(f"error: {error}", file=sys.stderr)
                 bad = 1
     return bad

@@ -1,1 +1,1 @@
-"""What is done before a release: `python -m lab.releasing`, or `make release-check`. It ships with no distribution."""
+"""Checks before a release: `python -m lab.releasing`, or `make release-check`. It is in no distribution."""

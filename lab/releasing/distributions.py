@@ -1,10 +1,11 @@
-"""The distributions of this repository, and where they are."""
+"""The distributions of this repository and their folders."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
+"""Root of the repository."""
 PROJECTS = {
     name: ROOT / "packages" / name
     for name in (
@@ -17,7 +18,7 @@ PROJECTS = {
         "carlette",
     )
 }
-"""Folders by name, each after those that it needs."""
+"""Folders by name, each after the distributions that it requires."""
 
 
 def file_name(name: str) -> str:

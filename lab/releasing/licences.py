@@ -1,4 +1,4 @@
-"""Lists the licences of all installed packages, as they declare them."""
+"""Lists the licenses of all installed packages, as they declare them."""
 
 from __future__ import annotations
 
@@ -29,28 +29,28 @@ ALLOWED = {
     "python software foundation license",
     "zlib",
 }
-"""Licences that put no obligation on our own Apache-2.0 code; MPL-2.0 applies to its own files only."""
+"""Licenses without an obligation for our Apache-2.0 code; MPL-2.0 applies to its own files only."""
 PARTS = re.compile(r"\s+(?:AND|OR|WITH)\s+|\s*[;,]\s*|^\(|\)$")
 
 
 def declared(distribution: Distribution) -> str:
-    """The declared licence of a package: the expression, else the classifiers, else the first line of the text."""
-    told = distribution.metadata.get_all("License-Expression") or []
+    """Return the declared license of a package: the expression, the classifiers, or the first line of the text."""
+    expressions = distribution.metadata.get_all("License-Expression") or []
     kinds = [
         c.rpartition(" :: ")[2] for c in distribution.metadata.get_all("Classifier") or [] if c.startswith("License ::")
     ]
     text = "".join(distribution.metadata.get_all("License") or []).strip().splitlines()
-    return " AND ".join(told or [kind for kind in kinds if kind != "OSI Approved"] or text[:1])
+    return " AND ".join(expressions or [kind for kind in kinds if kind != "OSI Approved"] or text[:1])
 
 
 def allowed(licence: str) -> bool:
-    """Is every part of a licence allowed? An empty one is not."""
+    """True if every part of a license is allowed. An empty one is not."""
     parts = [part.strip().lower() for part in PARTS.split(licence.replace("(", "").replace(")", "")) if part.strip()]
     return bool(parts) and all(part in ALLOWED for part in parts)
 
 
 def main() -> int:
-    """Lists the licences in this environment. Returns 1 if one is missing or not allowed."""
+    """List the licenses in this environment; return 1 if one is missing or not allowed."""
     bad = 0
     for distribution in sorted(distributions(), key=lambda each: str(each.metadata["Name"]).lower()):
         name, licence = distribution.metadata["Name"], declared(distribution)

@@ -1,8 +1,8 @@
-"""Runs the tests as other machines would: `python -m lab.releasing.portable [--times 3] [--only NAME] [TESTS ...]`.
+"""Runs the tests as on other machines: `python -m lab.releasing.portable [--times 3] [--only NAME] [TESTS ...]`.
 
-Each setting changes what must not matter: the processor's instructions and the libraries' kernels for it (which round
-differently), the number of workers, the load, the order of sets, the user's language, time zone and home folder. A
-failure under one setting is a test, or a decision of the product, that depends on the machine.
+Each setting changes a property that must not matter: the processor's instructions and the libraries' kernels for it
+(which round differently), the number of workers, the load, the order of sets, the user's language, time zone and home
+folder. A failure under one setting is a test, or a decision of the product, that depends on the machine.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
+"""Root of the repository."""
 MARKS = "not site and not slow"
 BUSY = (sys.executable, "-c", "while True: pass")
 
@@ -27,10 +28,10 @@ class Setting:
 
     Attributes:
         name: Its name.
-        what: What it stands for.
+        what: The machine that it represents.
         variables: Environment variables.
         workers: Number of pytest's workers.
-        busy: Busy loops beside them, for each core.
+        busy: Number of parallel busy loops for each core.
         home: True for a new, empty home folder, and files that only their owner may read.
     """
 
@@ -38,12 +39,14 @@ class Setting:
     what: str
     variables: dict[str, str] = field(default_factory=dict)
     workers: int = 2
+    """Number of pytest's workers."""
     busy: int = 0
+    """Number of busy loops for each core."""
     home: bool = False
 
 
 def settings() -> tuple[Setting, ...]:
-    """Return the settings, the quickest to find something first."""
+    """Return the settings, those that fail most quickly first."""
     old = {
         "NPY_DISABLE_CPU_FEATURES": " ".join(_dispatched()),
         "OPENBLAS_CORETYPE": "Nehalem",
@@ -68,23 +71,23 @@ def settings() -> tuple[Setting, ...]:
 
 
 def _dispatched() -> list[str]:
-    """Return the groups of instructions that numpy may use here beyond those that it needs."""
+    """Return the groups of instructions that numpy may use here beyond its minimum."""
     from numpy._core import _multiarray_umath as core  # type: ignore[attr-defined,unused-ignore]
 
     return [name for name in core.__cpu_dispatch__ if core.__cpu_features__.get(name)]
 
 
 def run(setting: Setting, pytest_args: list[str]) -> int:
-    """Run the tests under one setting. Returns pytest's exit code."""
+    """Run the tests under one setting; return pytest's exit code."""
     with ExitStack() as ended:
-        # What numba compiles for one processor must not be read for another.
+        # A separate cache: code that numba compiled for one processor must not be used for another.
         folder = ended.enter_context(tempfile.TemporaryDirectory(prefix="portable-"))
         variables = {**os.environ, **setting.variables, "NUMBA_CACHE_DIR": f"{folder}/numba"}
         if setting.home:
             home = Path(folder) / "home"
             home.mkdir()
-            kept = {name: value for name, value in variables.items() if not name.startswith("XDG_")}
-            variables = {**kept, "HOME": str(home)}
+            variables_kept = {name: value for name, value in variables.items() if not name.startswith("XDG_")}
+            variables = {**variables_kept, "HOME": str(home)}
         for _ in range(setting.busy * (os.cpu_count() or 1)):
             process = subprocess.Popen(BUSY)
             ended.callback(process.wait)
@@ -96,7 +99,7 @@ def run(setting: Setting, pytest_args: list[str]) -> int:
 
 
 def main() -> int:
-    """Run the tests under every setting. Returns 1 if any test fails."""
+    """Run the tests under every setting; return 1 if any test fails."""
     known = {item.name: item for item in settings()}
     parser = argparse.ArgumentParser(prog="python -m lab.releasing.portable", description=__doc__)
     parser.add_argument("--times", type=int, default=1, help="how often under each setting (default: 1)")

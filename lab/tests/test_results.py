@@ -25,7 +25,7 @@ def test_the_oracle_s_page_is_made_of_what_is_kept():
 
 
 def test_bench2drive_s_page_is_made_of_what_is_kept():
-    assert bench2drive.page(bench2drive.kept()) == page("bench2drive")
+    assert bench2drive.page(bench2drive.stored_runs()) == page("bench2drive")
 
 
 @pytest.mark.integration

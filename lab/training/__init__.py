@@ -1,1 +1,1 @@
-"""Trains the networks of `stucksolver_perception` on recordings. Needs torch, preferably with a GPU."""
+"""Trains the networks of `stucksolver_perception` on recordings. It requires torch, preferably with a GPU."""

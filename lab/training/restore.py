@@ -1,7 +1,7 @@
-"""Restores a network for further training from the file that is shipped.
+"""Restores a network for further training from the shipped file.
 
-The shipped file has each batch normalisation merged into its convolution, and perhaps integers in place of weights.
-They are turned back, so that nobody has to keep the weights of a training for the next one.
+The shipped file has each batch normalization merged into its convolution, and perhaps integers in place of weights.
+They are converted back, so that the weights of a training need not be stored for the next one.
 """
 
 from __future__ import annotations
@@ -18,16 +18,16 @@ Net = TypeVar("Net", bound=nn.Module)
 Layer = tuple[np.ndarray[Any, Any], np.ndarray[Any, Any] | None]
 """Weights and bias of a layer."""
 Modules = Sequence[tuple[nn.Module, nn.BatchNorm2d | None]]
-"""Layers of a network in the order in which it computes, each with the batch normalisation after it."""
+"""Layers of a network in the order of computation, each with the batch normalization after it."""
 _KINDS = ("Conv", "ConvTranspose", "Gemm", "MatMul")
 
 
 class RestoreError(RuntimeError):
-    """The file holds no network that can be restored; the message names it and says why."""
+    """The file holds no network that can be restored; the message has its name and the reason."""
 
 
 def layers_of(file: Path) -> list[Layer]:
-    """Return the layers of an exported network in the order in which it computes. `fill` puts them into a network."""
+    """Return the layers of an exported network in the order of computation. `fill` puts them into a network."""
     import onnx
 
     graph = onnx.load(str(file)).graph
@@ -56,26 +56,26 @@ def restored_by(build: Callable[[Sequence[Layer]], tuple[Net, Modules]], file: P
         net, modules = build(layers)
         fill(modules, layers)
     except Exception as error:  # noqa: BLE001 - a file that is not ours fails anywhere
-        raise RestoreError(f"{file}: no {what} to continue from ({error}); give a {give}") from None
+        raise RestoreError(f"no {what} to continue from: {file} ({error}). Give a {give}") from None
     return net
 
 
 def fill(modules: Modules, layers: Sequence[Layer]) -> None:
-    """Copy weights and biases. The batch normalisations change nothing but add the merged bias.
+    """Copy weights and biases. The batch normalizations only add the merged bias.
 
     Raises:
         ValueError: The layers are those of another network.
     """
     if len(modules) != len(layers):
-        raise ValueError(f"it has {len(layers)} layers, expected are {len(modules)}")
+        raise ValueError(f"expected {len(modules)} layers, got {len(layers)}")
     with torch.no_grad():
         for (module, normalisation), (weight, bias) in zip(modules, layers, strict=True):
             into: Any = module.weight
-            # A product of matrices has its weights the other way round.
-            given = weight.T if isinstance(module, nn.Linear) and module.bias is None else weight
-            if tuple(given.shape) != tuple(into.shape):
-                raise ValueError(f"a layer has the shape {given.shape}, expected is {tuple(into.shape)}")
-            into.copy_(torch.from_numpy(np.array(given)))
+            # A product of matrices has transposed weights.
+            source = weight.T if isinstance(module, nn.Linear) and module.bias is None else weight
+            if tuple(source.shape) != tuple(into.shape):
+                raise ValueError(f"expected a layer of shape {tuple(into.shape)}, got {source.shape}")
+            into.copy_(torch.from_numpy(np.array(source)))
             if bias is not None:
                 target: Any = normalisation.bias if normalisation is not None else module.bias
                 target.copy_(torch.from_numpy(np.array(bias)))
@@ -85,10 +85,10 @@ def fill(modules: Modules, layers: Sequence[Layer]) -> None:
 
 
 def mean_of(first: Mapping[str, Tensor], second: Mapping[str, Tensor], share: float) -> dict[str, Tensor]:
-    """The weighted mean of two state dicts of one shape; `share` is the weight of the other (0 to 1).
+    """Return the weighted mean of two state dicts of one shape; `share` is the weight of the other (0 to 1).
 
-    A network that is trained on for new data forgets some of what it knew. Its weights lie near the old ones, and their
-    mean keeps most of both (Wortsman et al. 2022, "Robust fine-tuning of zero-shot models").
+    A network that is trained further on new data forgets some of its abilities. Its weights lie near the old ones, and
+    their mean preserves most of both (Wortsman et al. 2022, "Robust fine-tuning of zero-shot models").
     """
     return {
         name: value + share * (second[name] - value) if value.is_floating_point() else value
@@ -97,17 +97,17 @@ def mean_of(first: Mapping[str, Tensor], second: Mapping[str, Tensor], share: fl
 
 
 def settle(net: nn.Module, run: Callable[[], object]) -> None:
-    """Give the batch normalisations of a restored network the statistics of real input, without changing its output.
+    """Give the batch normalizations of a restored network the statistics of real input, without changing its output.
 
     Args:
-        net: A network whose batch normalisations have a mean of 0 and a variance of 1.
+        net: A network whose batch normalizations have a mean of 0 and a variance of 1.
         run: Feeds the network one batch of typical windows.
     """
 
-    def measure(layer: nn.Module, given: tuple[Tensor, ...]) -> None:
+    def measure(layer: nn.Module, inputs: tuple[Tensor, ...]) -> None:
         assert isinstance(layer, nn.BatchNorm2d) and layer.running_mean is not None and layer.running_var is not None
-        seen = given[0].float()
-        mean, variance = seen.mean(dim=(0, 2, 3)), seen.var(dim=(0, 2, 3))
+        values = inputs[0].float()
+        mean, variance = values.mean(dim=(0, 2, 3)), values.var(dim=(0, 2, 3))
         scale = layer.weight / torch.sqrt(layer.running_var + layer.eps)
         layer.bias += scale * (mean - layer.running_mean)
         layer.weight.copy_(scale * torch.sqrt(variance + layer.eps))
@@ -127,7 +127,7 @@ def settle(net: nn.Module, run: Callable[[], object]) -> None:
 
 
 def _values(graph: Any) -> dict[str, np.ndarray[Any, Any]]:
-    """Return the constants of a graph by name, and those that it turns from integers into numbers."""
+    """Return the constants of a graph by name, and those that it converts from integers to floating-point numbers."""
     from onnx import numpy_helper
 
     values = {item.name: numpy_helper.to_array(item) for item in graph.initializer}

@@ -1,4 +1,4 @@
-"""What the training runs of all networks share: the average of the weights, and a learning rate."""
+"""Common parts of the training runs of all networks: the average of the weights, and a learning rate."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from torch import nn
 
 
 def average(averaged: nn.Module, net: nn.Module, keep: float) -> None:
-    """Move the weights of `averaged` towards those of `net`; integer buffers such as counters are copied.
+    """Move the weights of `averaged` toward those of `net`; integer buffers such as counters are copied.
 
     Args:
         averaged: The moving average, of the same class as `net`.
@@ -27,8 +27,8 @@ def rate(done: float, warm_up: float) -> float:
     """Return the learning rate relative to its peak: a short rise, then a half cosine down.
 
     Args:
-        done: Fraction of the training that is done, 0 to 1.
-        warm_up: Fraction of the training in which the rate rises.
+        done: Finished share of the training, 0 to 1.
+        warm_up: Share of the training in which the rate rises.
     """
     if done < warm_up:
         return done / warm_up + 0.01

@@ -1,10 +1,12 @@
-"""Drives accepted plans in closed loop: does a contact happen that the guard promised to avoid?
+"""Drives accepted plans in closed loop, and checks whether a contact happens that the guard should prevent.
 
-    python -m lab.benchmarks.guard_oracle --out out/guard_oracle --plans 20000 --jobs 32
+```
+python -m lab.benchmarks.guard_oracle --out out/guard_oracle --plans 20000 --jobs 32
+```
 
-Resumes after an interruption; the result does not depend on `--jobs`. Prints progress to standard error, and writes
-`seed-N.json`: the counts by class and by cause, and every contact. `stucksolver_eval.result_pages.guard_oracle` makes
-a page of it. `--show SCENE K` drives one proposal again and prints its row.
+It resumes after an interruption; the result does not depend on `--jobs`. It prints progress to standard error, and
+writes `seed-N.json`: the counts by class and by cause, and every contact. `stucksolver_eval.result_pages.guard_oracle`
+turns it into a page. `--show SCENE K` drives one proposal again and prints its row.
 """
 
 from __future__ import annotations
@@ -23,10 +25,11 @@ from lab.benchmarks.guard_oracle.shares import scenes_in_order
 from lab.benchmarks.guard_oracle.summary import Row, Summary, of_scene
 
 REPORT_S = 15.0
+"""Time between two reports (s)."""
 
 
 def resumed(path: Path, summary: Summary) -> int:
-    """Adds the finished scenes of an interrupted campaign, and returns the place of the next one.
+    """Add the finished scenes of an interrupted campaign, and return the position of the next one.
 
     A line that was cut off is removed from the file.
     """
@@ -35,6 +38,7 @@ def resumed(path: Path, summary: Summary) -> int:
         try:
             scene = json.loads(line)
         except ValueError:
+            # The last line of an interrupted campaign may be cut off; its scene is done again.
             break
         summary.add(scene)
         whole.append(line)
@@ -51,9 +55,9 @@ def campaign(
     classes: tuple[str, ...] | None = None,
     jobs: int = 1,
 ) -> Row:
-    """Continues until this number of accepted plans has been driven, or of scenes is done. Returns the summary.
+    """Continue until this number of accepted plans was driven, or of scenes is done; return the summary.
 
-    Every class has a scene in turn. `judge_only`: drives no plan, and keeps every row. `jobs`: number of processes.
+    The classes have scenes in turn. `judge_only`: drive no plan, and store every row. `jobs`: number of processes.
     """
     out.mkdir(parents=True, exist_ok=True)
     path, summary = out / f"seed-{seed}.jsonl", Summary()
@@ -81,7 +85,7 @@ def campaign(
 
 
 def places_of(first: int, scenes: int | None, classes: tuple[str, ...]) -> Iterator[tuple[int, str, int]]:
-    """(Place in the campaign, class, number of the scene of that class) of the scenes from a place on."""
+    """Yield (position in the campaign, class, number of the scene of that class) from a position on."""
     place, names = first, all_classes()
     while scenes is None or place < scenes:
         k, which = divmod(place, len(names))
@@ -91,7 +95,7 @@ def places_of(first: int, scenes: int | None, classes: tuple[str, ...]) -> Itera
 
 
 def main() -> None:
-    """Prints one line of JSON."""
+    """Print one line of JSON."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=Path("out/guard_oracle"))
     parser.add_argument("--seed", type=int, default=1)

@@ -1,4 +1,4 @@
-"""The oracle's own rectangles and contacts in the plane; shares no code with the guard."""
+"""The oracle's own rectangles and contacts in the plane. It shares no code with the guard."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Corners = tuple[tuple[float, float], tuple[float, float], tuple[float, float], t
 
 @dataclass
 class Body:
-    """A rectangle: centre and heading in the plane (m, rad), length along the heading and width (m)."""
+    """A rectangle: center and heading in the plane (m, rad), length along the heading and width (m)."""
 
     x: float
     y: float
@@ -22,7 +22,7 @@ class Body:
     width: float
 
     def corners(self) -> Corners:
-        """Front left, front right, rear right, rear left, as (x, y)."""
+        """Return front left, front right, rear right, rear left, as (x, y)."""
         c, n = math.cos(self.yaw), math.sin(self.yaw)
         a, b = self.length / 2, self.width / 2
         return (
@@ -33,24 +33,27 @@ class Body:
         )
 
     def polygon(self) -> Polygon:
-        """The rectangle as a shapely polygon."""
+        """Return the rectangle as a shapely polygon."""
         return Polygon(self.corners())
 
     def within(self, other: Body, gap: float) -> bool:
-        """Can the distance to another body be smaller than a gap? Cheap; a False is always correct."""
+        """True if the distance to another body may be smaller than a gap.
+
+        The test is cheap; False is always correct.
+        """
         reach = (math.hypot(self.length, self.width) + math.hypot(other.length, other.width)) / 2 + gap
         return (self.x - other.x) ** 2 + (self.y - other.y) ** 2 <= reach * reach
 
 
 def distance(first: Body, second: Body, most: float = 5.0) -> float:
-    """Gap between two bodies (m), 0 where they touch; at most `most`."""
+    """Return the gap between two bodies (m), 0 where they touch; at most `most`."""
     if not first.within(second, most):
         return most
     return min(float(shapely.distance(first.polygon(), second.polygon())), most)
 
 
 def part_touched(body: Body, other: Body) -> str:
-    """Where a body is touched: "front", "side" or "rear", from the centre of the overlap."""
+    """Return the touched part of a body: "front", "side" or "rear", from the center of the overlap."""
     overlap = body.polygon().intersection(other.polygon())
     if overlap.is_empty:
         return "side"
@@ -62,4 +65,4 @@ def part_touched(body: Body, other: Body) -> str:
 
 
 FACE_M = 0.25
-"""Length of the body at each end that counts as its front or its rear."""
+"""Length of the body at each end that counts as its front or its rear (m). Ours."""

@@ -23,22 +23,25 @@ from stucksolver.plan.behaviors import BorrowOncomingLane
 from stucksolver.scene.frenet_scene import FrenetScene
 
 RANDOM_PLANS = 5
-"""Random plans per scene, in addition to the plan of the rules."""
+"""Number of random plans per scene, in addition to the plan of the rules."""
 NOSED = RANDOM_PLANS + 1
-"""Number of the proposal that turns the nose out. It came later, and the plans before it keep their numbers."""
+"""Number of the proposal that noses out. It was added later; the plans before it have their old numbers."""
 GUIDED = 0.3
-"""Fraction of plans with a pass that are proposed as requested by a passenger."""
+"""Fraction of plans with a pass that are proposed as requested by a passenger. Ours."""
 Row = dict[str, Any]
 
 
 def setting_of(seed: int, number: int) -> tuple[str, Setting]:
-    """The class and the scene of a number. Created anew on each call, because driving changes it."""
+    """Return the class and the scene of a number, created anew on each call, because driving changes it."""
     name, maker = class_of(number)
     return name, maker(random.Random(f"{seed}/{number}"))
 
 
 def scene_rows(seed: int, number: int, judge_only: bool = False, only: int | None = None) -> Iterator[Row]:
-    """Rows of all proposals in a scene, or of one. No rows if the scene is impossible. `judge_only`: drives none."""
+    """Yield rows of all proposals in a scene, or of one.
+
+    An impossible scene has no rows. `judge_only`: drive none.
+    """
     name, setting = setting_of(seed, number)
     if not World(setting, Manner()).is_possible():
         return
@@ -59,7 +62,10 @@ class Proposal:
 
 
 def proposal_of(seed: int, number: int, k: int, may_fall_silent: bool = True) -> Proposal | None:
-    """Proposal `k` of a scene, created anew on each call. Proposal 0 is the plan of the rules, None if they wait."""
+    """Return proposal `k` of a scene, created anew on each call.
+
+    Proposal 0 is the plan of the rules, or None if they wait.
+    """
     draw = random.Random(f"{seed}/{number}/{k}")
     _, setting = setting_of(seed, number)
     how = manner(draw)
@@ -76,7 +82,7 @@ def proposal_of(seed: int, number: int, k: int, may_fall_silent: bool = True) ->
 
 
 def proposals_of(seed: int, number: int) -> Iterator[tuple[int, Proposal]]:
-    """Every proposal in a scene with its number, without silence of the solver. Yields none if impossible."""
+    """Yield all proposals in a scene with their numbers, without silence of the solver; none in an impossible scene."""
     if not World(setting_of(seed, number)[1], Manner()).is_possible():
         return
     for k in range(NOSED + 1):
@@ -86,16 +92,16 @@ def proposals_of(seed: int, number: int) -> Iterator[tuple[int, Proposal]]:
 
 
 def one(seed: int, number: int, k: int, judge_only: bool = False) -> Row | None:
-    """Proposal `k` of a scene, judged and, if accepted, driven. None if the rules wait."""
-    told = proposal_of(seed, number, k)
-    if told is None:
+    """Return proposal `k` of a scene, judged and, if accepted, driven; None if the rules wait."""
+    proposal = proposal_of(seed, number, k)
+    if proposal is None:
         return None
-    silent = math.nan if judge_only else told.silent
-    return judge_and_drive(told.world, told.plan, told.guided, silent, "rules" if k == 0 else "random")
+    silent = math.nan if judge_only else proposal.silent
+    return judge_and_drive(proposal.world, proposal.plan, proposal.guided, silent, "rules" if k == 0 else "random")
 
 
 def judge_and_drive(world: World, plan: RecoveryPlan, guided: bool, silent: float, source: str) -> Row:
-    """The row of a proposal. It is not driven if `silent` is NaN."""
+    """Return the row of a proposal. It is not driven if `silent` is NaN."""
     execution, verdict = judged(world, plan, guided)
     row: Row = {"source": source, "plan": plan.model_dump(mode="json")["behaviors"], "accepted": verdict.accepted}
     if not verdict.accepted:
@@ -114,9 +120,9 @@ def judge_and_drive(world: World, plan: RecoveryPlan, guided: bool, silent: floa
 
 
 def _goes_well(recording: Recording, plan: RecoveryPlan, guided: bool, without: frozenset[str]) -> bool:
-    """Does a recorded plan, driven again with a solver that is never silent, end without a contact that counts?
+    """True if a recorded plan, driven again with a solver that is never silent, ends without a contact that counts.
 
-    `without`: names of others who are not there; the solver then falls silent as in the record.
+    `without`: names of road users to remove; the solver is then silent as in the record.
     """
     silent_from = recording.silent_from if without else math.inf
     world = copied(recording.start)

@@ -1,4 +1,4 @@
-"""A contact with all that was recorded before it: what the excuses in `causes.py` are judged by."""
+"""A contact with its complete record: the input of the excuses in `causes.py`."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ Again = Callable[[frozenset[str]], bool]
 class Case:
     """A contact and its drive. Ticks count from the start of the plan.
 
-    `again`: drives the plan again, without the others of these names and with a solver that is never silent, and
-    returns whether all went well then.
+    `again` drives the plan again, without the road users of these names and with a solver that is never silent. It
+    returns True if no contact counts then.
     """
 
     def __init__(self, contact: Contact, recording: Recording, again: Again = lambda _: True) -> None:
@@ -30,7 +30,7 @@ class Case:
 
     @cached_property
     def frames(self) -> list[Frame]:
-        """What the ego and the other did, the start and the contact included."""
+        """Frames of the ego and the other from the start to the contact."""
         return self.recording.frames(self.contact.name)
 
     @cached_property
@@ -51,7 +51,7 @@ class Case:
 
     @cached_property
     def came_into_sight(self) -> dict[str, int]:
-        """Who came into sight after the start, but for the other, and at which tick."""
+        """Road users that came into sight after the start, except the other, and the tick."""
         first: dict[str, int] = {}
         for tick, world in enumerate(self.recording.worlds()):
             for other in world.others:
@@ -61,19 +61,19 @@ class Case:
 
     @property
     def last(self) -> int:
-        """The tick of the contact."""
+        """Tick of the contact."""
         return len(self.frames) - 1
 
     @cached_property
     def first_visible(self) -> int | None:
-        """The first tick at which the other was in sight; None if it never was before the contact."""
+        """First tick at which the other was in sight; None if it was never in sight before the contact."""
         return next((k for k, frame in enumerate(self.frames[:-1]) if frame.visible), None)
 
     def no_stop_avoids(self, since: int | None, or_going_on: bool = True) -> bool:
-        """Does every stop that begins at this tick, or later, fail to avoid the contact? True if there was none.
+        """True if no stop that begins at this tick, or later, avoids the contact. True without such a stop.
 
-        A stop begins when the guard looks, at every other tick. If the guard has stopped the ego since then, going on
-        must fail as well.
+        A stop begins when the guard rechecks, at every other tick. If the guard has stopped the ego since then, going
+        on must fail as well.
         """
         if since is None:
             return True
@@ -81,9 +81,9 @@ class Case:
         return not (or_going_on and self.stops.going_on_avoids(first)) and self.stops.latest(first) is None
 
     def needs_mps2(self, since: int | None, reaction_s: float) -> float:
-        """The deceleration that the other needed to stop before the contact, from a tick on and after a reaction time.
+        """Return the deceleration with which the other stops before the contact, from a tick on, after a reaction time.
 
-        Infinite if it had no time, or if there was no such moment.
+        It is infinite if the other had no time, or if there was no such tick.
         """
         if since is None or since + round(reaction_s / DT) >= self.last:
             return math.inf
@@ -94,7 +94,7 @@ class Case:
 
     @cached_property
     def stands_since(self) -> int | None:
-        """The tick from which on the ego stood; None if it moved, just before the contact."""
+        """First tick of the ego's last stop; None if it moved just before the contact."""
         found = None
         for k in range(self.last - 1, -1, -1):
             if abs(self.frames[k].ego_speed) >= AT_REST_MPS:
@@ -103,10 +103,10 @@ class Case:
         return found
 
     def figures(self) -> dict[str, float | None]:
-        """What the page shows of the counterfactual.
+        """Return the numbers of the counterfactual on the page.
 
-        For how long the other had been in sight (s), and how long before the contact the latest stop had to begin (s);
-        None if no stop avoids it.
+        They are the time for which the other had been in sight (s), and the time before the contact at which the latest
+        stop had to begin (s); None if no stop avoids it.
         """
         first = self.first_visible
         latest = None if first is None else self.stops.latest(_first_look(first))
@@ -117,5 +117,5 @@ class Case:
 
 
 def _first_look(tick: int) -> int:
-    """The first tick from this one on at which the guard looks."""
+    """Return the first tick from this one on at which the guard rechecks."""
     return -(-tick // EVERY) * EVERY

@@ -1,8 +1,8 @@
-"""Which contacts are excused, and by which sentence of `docs/SAFETY.md`.
+"""Contacts that are excused, and the sentence of `docs/SAFETY.md` for each.
 
-An excuse holds if facts of the recorded drive show it. Most of them ask for a counterfactual as well: no stop avoids
-the contact that begins when the vehicle could first see what was coming, or at any time after it. A contact that no
-excuse covers counts against the guard.
+An excuse holds if facts of the recorded drive show it. Most of them require a counterfactual as well: no stop avoids
+the contact that begins when the other was first in sight, or at any time after it. A contact that no excuse covers
+counts against the guard.
 """
 
 from __future__ import annotations
@@ -23,19 +23,22 @@ from stucksolver.plan import Execute
 from stucksolver.scene import ZoneKind
 
 OTHERS_BRAKE_MPS2 = 3.5
-"""Others can brake this hard (assumption A2)."""
+"""Deceleration of other vehicles (m/s²), as in assumption A2."""
 STEPS_REACTION_S = 0.5
-"""Reaction time of a pedestrian, as short as the ego's in assumption A5."""
+"""Reaction time of a pedestrian (s), as short as the ego's in assumption A5."""
 TOLERANCE_M = 0.15
-"""Room that a tracking error may use up (assumption A3)."""
+"""Space that a tracking error may use up (m), as in assumption A3."""
 FOLLOWS_M = 2.0
-"""A vehicle that follows a leader off rails keeps this distance: 1.5 m, and what the follower model misses it by."""
+"""Distance of a vehicle that follows a lead vehicle off rails (m).
+
+It is 1.5 m, and the error of the follower model.
+"""
 Holds = Callable[[Case], bool]
 EXCUSES: dict[str, Holds] = {}
 
 
 def excuse(says: str) -> Callable[[Holds], Holds]:
-    """Registers an excuse under the sentence that the page shows."""
+    """Register an excuse under the sentence that the page shows."""
 
     def register(holds: Holds) -> Holds:
         EXCUSES[says] = holds
@@ -45,25 +48,25 @@ def excuse(says: str) -> Callable[[Holds], Holds]:
 
 
 def excused_by(case: Case) -> str | None:
-    """The sentence of the first excuse that holds, or None."""
+    """Return the sentence of the first excuse that holds, or None."""
     return next((says for says, holds in EXCUSES.items() if holds(case)), None)
 
 
 @excuse("void: the other came through somebody else, since the oracle's others do not see each other")
 def through(case: Case) -> bool:
-    """Stands for no sentence: such a drive is physically impossible.
+    """Represents no sentence: such a drive is physically impossible.
 
     The other has overlapped another actor before, and no stop avoids the contact since it is in sight. If a stop does,
-    the guard had all it needed, whatever the other came through.
+    the guard had all it needed, whatever the other overlapped.
     """
     return case.contact.name in case.end.through and case.no_stop_avoids(case.first_visible)
 
 
 @excuse("H4: somebody hidden stepped out within a stopping distance")
 def steps_out(case: Case) -> bool:
-    """Stands for the residual risk of H4: "someone hidden who steps out within a stopping distance".
+    """Represents the residual risk of H4: "someone hidden who steps out within a stopping distance".
 
-    The pedestrian was hidden when the plan began, and no stop avoids the contact since he or she is in sight.
+    The pedestrian was hidden when the plan began, and no stop avoids the contact since the pedestrian is in sight.
     """
     hidden = case.contact.kind == "pedestrian" and case.first_visible != 0
     return hidden and case.no_stop_avoids(case.first_visible)
@@ -71,7 +74,7 @@ def steps_out(case: Case) -> bool:
 
 @excuse("not covered: on a crossing road, and not in sight before it was too late to stop")
 def hidden_crosser(case: Case) -> bool:
-    """Stands for "not covered: on a crossing road, traffic that is not in sight yet" (section 7).
+    """Represents "not covered: on a crossing road, traffic that is not in sight yet" (section 7).
 
     The other was not in sight when the plan began, and no stop avoids the contact since it is.
     """
@@ -81,12 +84,11 @@ def hidden_crosser(case: Case) -> bool:
 
 @excuse("not covered: gave way to somebody on a crossing road who came into sight too late, in the path of another")
 def caught_between(case: Case) -> bool:
-    """Stands for "not covered: on a crossing road, traffic that is not in sight yet" (section 7), where the ego gives
-    way to such traffic and is hit by another vehicle that crosses.
+    """Represents "not covered: on a crossing road, traffic that is not in sight yet" (section 7), for a second vehicle.
 
-    Somebody who crosses came into sight after the start, and no stop avoids the contact since then, whether with him or
-    with the other. Driven again without everybody who came into sight as late as that, the plan ends without a contact
-    that counts.
+    The ego yields to such traffic and is hit by another crossing vehicle. A crossing vehicle came into sight after the
+    start, and no stop avoids the contact since then, neither with it nor with the other. Driven again without all road
+    users that came into sight that late, the plan ends without a contact that counts.
     """
     if case.role != "crosses":
         return False
@@ -98,11 +100,11 @@ def caught_between(case: Case) -> bool:
 
 @excuse("A6: traffic ahead in our lane, which the stack follows")
 def leads(case: Case) -> bool:
-    """Stands for A6: "traffic ahead in our lane is followed by the stack".
+    """Represents A6: "traffic ahead in our lane is followed by the stack".
 
-    The stack of this drive did not follow, and our front touched the other's rear. The path in force runs into the
-    other's lane and stays there: a plan that swings round somebody does not follow. Driven again with a stack that
-    keeps its distance by comfortable braking, there is no contact.
+    The stack of this drive did not follow, and the front of the ego touched the other's rear. The path in force runs
+    into the other's lane and stays there: a plan that swings around the other does not follow. Driven again with a
+    stack that keeps its distance with comfortable braking, there is no contact.
     """
     contact, other = case.contact, case.other
     if case.recording.start.ego.manner.follows or not isinstance(other, AlongLane) or other.way < 0:
@@ -113,24 +115,24 @@ def leads(case: Case) -> bool:
 
 
 def swings_round(case: Case) -> bool:
-    """Does the path in force lead out of the other's strip again, or never into it?"""
+    """True if the path in force leads out of the other's strip again, or never into it."""
     order = next((o for o in reversed(case.recording.orders) if isinstance(o, Execute) and o.path), None)
     if order is None:
         return True
     d, half = case.frames[-1].other_d, (WIDTH_M + case.frames[-1].other.width) / 2
     s, within = case.recording.start.ego_s, []
     for point in order.path:
-        s, beside = case.end.road.find(point.x_m, point.y_m, s)
-        within.append(abs(beside - d) < half)
+        s, offset = case.end.road.find(point.x_m, point.y_m, s)
+        within.append(abs(offset - d) < half)
     return True not in within or not all(within[within.index(True) :])
 
 
 @excuse("A3: came from behind in our own lane, and left less room beside us than a tracking error may take")
 def filters(case: Case) -> bool:
-    """Stands for A3: traffic from behind keeps "at least the 0.15 m that a tracking error may use up".
+    """Represents A3: traffic from behind keeps "at least the 0.15 m that a tracking error may use up".
 
-    The other would have had less room if we had gone straight on since it could last stop behind us, and no stop
-    avoids the contact since it is abreast of us.
+    The other would have had less space if the ego had gone straight on since the last tick at which the other could
+    stop behind it. No stop avoids the contact since the other is abreast of the ego.
     """
     if case.role != "filters past us":
         return False
@@ -143,10 +145,10 @@ def filters(case: Case) -> bool:
 
 @excuse("not covered: was stationary, set off as we passed, and did not brake for us")
 def sets_off(case: Case) -> bool:
-    """Stands for "not covered: a stationary vehicle that sets off just as we are alongside and does not brake for us".
+    """Represents "not covered: a stationary vehicle that sets off just as we are alongside and does not brake for us".
 
-    The other, a vehicle, had stood for a driver's reaction time until it set off, and no stop of ours avoids the
-    contact that begins since it is seen to move. It was not our front that ran into its rear.
+    The other, a vehicle, had been stationary for a driver's reaction time before it set off. No stop of the ego avoids
+    the contact that begins since the other visibly moves. The contact was not the ego's front with the other's rear.
     """
     other, contact = case.other, case.contact
     if not isinstance(other, AlongLane | Straight) or contact.kind == "pedestrian" or other.sets_off_at > contact.t:
@@ -157,36 +159,39 @@ def sets_off(case: Case) -> bool:
     if frames[began].other_speed > AT_REST_MPS or stood_s < ANSWERS_AFTER_S or contact.their_part == "rear":
         return False
     moves = range(began, case.last)
-    seen = next((k for k in moves if frames[k].visible and frames[k].other_speed > AT_REST_MPS), None)
-    # Whether going on is safe depends on how quickly it sets off, which nobody knows then.
-    return case.no_stop_avoids(seen, or_going_on=False)
+    visible_tick = next((k for k in moves if frames[k].visible and frames[k].other_speed > AT_REST_MPS), None)
+    # The outcome of going on depends on the other's acceleration, which is unknown at that time.
+    return case.no_stop_avoids(visible_tick, or_going_on=False)
 
 
 @excuse("H14: the solver was silent past the commit point, and the oracle's vehicle has no braking of its own")
 def silent(case: Case) -> bool:
-    """Stands for H14: "past the commit point the rest is driven with only the stack's own braking".
+    """Represents H14: "past the commit point the rest is driven with only the stack's own braking".
 
-    The solver was silent, its last order had expired, and the vehicle went on to finish its path, which it does past
-    the commit point only. A stop avoids the contact that begins
-    since then with the other in sight: that is what the stack's own braking is there for. Driven again with a solver
-    that is awake, the plan ends without a contact that counts.
+    The solver was silent, its last directive had expired, and the vehicle went on to finish its path, which it does
+    past the commit point only. A stop avoids the contact that begins since then with the other in sight: that is the
+    purpose of the stack's own braking. Driven again with a solver that is never silent, the plan ends without a contact
+    that counts.
     """
     frames, since = case.frames, case.recording.silent_from
     last = case.recording.orders[-1]
     if not (isinstance(last, Execute) and last.path) or case.contact.t <= since + last.expires_ticks * DT:
         return False
-    seen = next((k for k, frame in enumerate(frames[:-1]) if frame.t >= since and frame.visible), None)
-    return seen is not None and not case.no_stop_avoids(seen) and case.again(frozenset())
+    visible_tick = next((k for k, frame in enumerate(frames[:-1]) if frame.t >= since and frame.visible), None)
+    return visible_tick is not None and not case.no_stop_avoids(visible_tick) and case.again(frozenset())
 
 
 @excuse("A3: ran into the vehicle that stood, and could have stopped before it")
 def runs_into_us(case: Case) -> bool:
-    """Stands for A3: traffic from behind in our lane, "or [that] approaches a vehicle that has long been stopped, keeps
+    """Represents A3 for a stopped ego.
+
+    The sentence is: traffic from behind in our lane, "or [that] approaches a vehicle that has long been stopped, keeps
     its own distance".
 
-    The ego stood at the contact. From then on the other could have stopped at 3.5 m/s² after its reaction time: a
-    pedestrian, somebody behind us in our lane, or somebody on a crossing road before whom we have stood for long. For
-    the last, no stop avoids the contact since it is in sight: to stand in its way, seen from afar, is no excuse.
+    The ego was stopped at the contact. From then on the other could have stopped at 3.5 m/s² after its reaction time.
+    The other is a pedestrian, a vehicle behind the ego in its lane, or a vehicle on a crossing road for which the ego
+    has long been stopped. For the last, no stop avoids the contact since it is in sight: stopping in its path in full
+    view is no excuse.
     """
     since, walks = case.stands_since, case.contact.kind == "pedestrian"
     if since is None or not (walks or case.role in ("follows us", "crosses")):
@@ -201,10 +206,10 @@ def runs_into_us(case: Case) -> bool:
 
 @excuse("not covered: on the rails from the start, behind somebody who leaves them no quicker")
 def trapped(case: Case) -> bool:
-    """Stands for "not covered: a train, if a plan begins on its rails behind a vehicle that crawls off them no faster".
+    """Represents "not covered: a train, if a plan begins on its rails behind a vehicle that crawls off them no faster".
 
-    The drive began on rails behind a leader, and up to the contact the leader has not left the length of our body
-    beyond the rails. No stop avoids the contact since the train is in sight.
+    The drive began on rails behind a lead vehicle. Up to the contact the lead vehicle has not moved the length of the
+    ego beyond the rails. No stop avoids the contact since the train is in sight.
     """
     if case.role != "train" or not case.recording.start.led_from_rails:
         return False
@@ -217,9 +222,9 @@ def trapped(case: Case) -> bool:
 
 @excuse("R5: stepped off and walked into our front, which stood")
 def into_our_front(case: Case) -> bool:
-    """Stands for R5: "our front never hits someone who steps off the kerb".
+    """Represents R5: "our front never hits someone who steps off the curb".
 
-    The ego stood at the contact and one tick before it, and the pedestrian, who steps off, walked.
+    The ego was stopped at the contact and one tick before it, and the pedestrian, who steps off, walked.
     """
     if not isinstance(case.other, StepsOff) or not case.other.walks:
         return False
@@ -228,10 +233,10 @@ def into_our_front(case: Case) -> bool:
 
 @excuse("R5: stepped off into our side, after our front had passed")
 def into_our_side(case: Case) -> bool:
-    """Stands for R5: "our front never hits someone who steps off the kerb"; about our side it promises nothing.
+    """Represents R5: "our front never hits someone who steps off the curb". R5 promises nothing about the side.
 
-    One tick before the contact the pedestrian, who steps off, was wholly behind the leading face of our body, and
-    more than half of what closed the gap to our side was his or her own walking.
+    One tick before the contact the pedestrian, who steps off, was wholly behind the leading face of the ego. More than
+    half of the closing speed to its side was the pedestrian's own.
     """
     if not isinstance(case.other, StepsOff) or not case.other.walks or case.last < 1:
         return False
@@ -245,7 +250,7 @@ def into_our_side(case: Case) -> bool:
 
 
 def seen_from(ego: Body, points: tuple[tuple[float, float], ...]) -> list[tuple[float, float]]:
-    """Points in the plane as (ahead, to the left) of a body (m)."""
+    """Return points in the plane as (ahead, to the left) of a body (m)."""
     c, n = math.cos(ego.yaw), math.sin(ego.yaw)
     away = np.array(points) - (ego.x, ego.y)
     return [(float(x * c + y * n), float(y * c - x * n)) for x, y in away]

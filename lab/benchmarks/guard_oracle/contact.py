@@ -1,4 +1,4 @@
-"""The facts about a contact from which its cause is determined."""
+"""The facts about a contact that determine its cause."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ class Contact:
     kind: str
     t: float
     part: str
-    """Where the ego was touched."""
+    """Touched part of the ego."""
     their_part: str
-    """Where the other was touched."""
+    """Touched part of the other."""
     ego_speed: float
     closing: float
     order: str
 
 
 def contact_with(world: World, other: Other, order: str) -> Contact:
-    """The record of a contact that has just happened. `order`: what the ego obeyed."""
+    """Return the record of a contact that has just happened. `order`: directive that the ego executed."""
     ego = world.ego
     vx, vy = ego.speed * math.cos(ego.yaw), ego.speed * math.sin(ego.yaw)
     return Contact(

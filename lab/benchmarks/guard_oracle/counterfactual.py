@@ -1,7 +1,7 @@
-"""What would have happened otherwise: a stop at another moment, or a stack that keeps its distance to a leader.
+"""Counterfactual drives: a stop at another tick, or a stack that keeps its distance to a lead vehicle.
 
-Everybody but the ego does what the oracle's models do, as in the recorded drive. The ego's steering goes on along its
-last path while it brakes. A stop may end anywhere, also with the nose in a junction.
+All road users except the ego act as the oracle's models do, as in the recorded drive. The ego steers along its last
+path while it brakes. A stop may end anywhere, also with the nose in a junction.
 """
 
 from __future__ import annotations
@@ -20,38 +20,43 @@ from stucksolver.plan.behaviors import Wait
 from stucksolver.scene import ObjectKind
 
 GENTLY_MPS2, HARD_MPS2 = LIMITS.comfort_braking_mps2, LIMITS.max_braking_mps2
-"""The decelerations that the vehicle states (assumption A9)."""
+"""Decelerations that the vehicle states (m/s²), as in assumption A9."""
 WATCHED_S = 3.0
-"""A stop is watched for this long after the time of the recorded contact, ..."""
+"""Time after the recorded contact for which a stop is observed (s). Ours."""
 STANDS_S = 5.0
-"""... and for this long after the ego has stopped."""
+"""Time after the stop of the ego for which it is observed (s). Ours."""
 MOST_S = 60.0
+"""Longest counterfactual drive (s). Ours."""
 SPARE_M = 0.1
-"""A stop that leaves less room to the vehicle that crosses does not count as one that avoids a contact. Ours: places
-are known no better, and assumption A3 grants a tracking error 0.15 m.
+"""Least space to the crossing vehicle with which a stop counts as avoiding a contact (m).
+
+Ours: positions are no more accurate, and assumption A3 grants a tracking error 0.15 m.
 """
 SPARE_S = 0.5
-"""Nor does going on if it passes by less than this. Ours: half of what SAFETY.md grants to one who crosses early."""
+"""Least time to the crossing vehicle with which going on counts as avoiding a contact (s).
+
+Ours: half of the time that SAFETY.md grants to a road user that crosses early.
+"""
 RESUMES_S = (1.0, 2.5)
-"""An ego that has let somebody by goes on so long after the time of the recorded contact."""
+"""Times after the recorded contact at which an ego that has yielded goes on (s). Ours."""
 COARSE = 5
-"""Ticks between the stops that are tried first."""
+"""Number of ticks between the stops that are tried first. Ours."""
 
 
 def stop_avoids(world: World, name: str, brake_mps2: float, contact_s: float, path: Directive | None = None) -> bool:
-    """If the ego brakes from now on, does it touch neither the other of this name nor anyone else?
+    """True if the ego, braking from now on, touches neither the other of this name nor any other road user.
 
-    It stands for some time after the contact and the stop, or goes on along a path once the other has passed.
-    Pedestrians and traffic from behind who run into an ego that stands do not count, unless it is that other: they keep
+    The ego stays stopped for some time after the contact and the stop, or goes on along a path once the other has
+    passed. Pedestrians and traffic from behind that run into a stopped ego do not count, except that other: they keep
     their own distance (assumption A3). The brakes act after any delay up to the one that the vehicle states, so the
-    stop must avoid the contact both with that delay and without one. The world stays as it is.
+    stop must avoid the contact both with that delay and without one. The world is not changed.
 
     Args:
         world: The world when the stop begins.
         name: Name of the other.
-        brake_mps2: How hard it brakes (m/s²).
+        brake_mps2: Deceleration (m/s²).
         contact_s: Time of the recorded contact.
-        path: The order to go on; None if the ego only stands.
+        path: The directive to go on; None if the ego only stops.
     """
     resumes = [math.inf] if path is None else [math.inf, *(contact_s + after_s for after_s in RESUMES_S)]
     return any(
@@ -63,7 +68,10 @@ def stop_avoids(world: World, name: str, brake_mps2: float, contact_s: float, pa
 def _stop_avoids(
     world: World, name: str, brake_mps2: float, contact_s: float, lag_s: float, path: Directive | None, at_s: float
 ) -> bool:
-    """The same for one delay of the brakes, and for one time to go on. There is no delay if the ego brakes already."""
+    """Return the same for one delay of the brakes and one time of going on.
+
+    There is no delay if the ego brakes already.
+    """
     world = copied(world)
     world.ego.manner = replace(world.ego.manner, lag=lag_s)
     order = Execute(behavior=Wait(duration_s=1.0), brake_mps2=brake_mps2)
@@ -83,9 +91,9 @@ def _stop_avoids(
 
 
 def going_on_avoids(world: World, name: str, order: Directive, contact_s: float) -> bool:
-    """If the ego goes on along a path from now on, as it was ordered to, does it touch nobody?
+    """True if the ego, going on along a path from now on, as the directive ordered, touches no road user.
 
-    It does so with time to spare: the other is nowhere near `SPARE_S` before or after the ego has been there.
+    It needs some time to spare: the other is not near within `SPARE_S` before or after the ego is there.
     """
     world = copied(world)
     way: list[tuple[Body, Body]] = []
@@ -100,19 +108,19 @@ def going_on_avoids(world: World, name: str, order: Directive, contact_s: float)
 
 
 def keeps_distance(other: Other) -> bool:
-    """Is it somebody who keeps the distance to a vehicle that stands?"""
+    """True if a road user keeps the distance to a stopped vehicle."""
     return other.kind is ObjectKind.PEDESTRIAN or (isinstance(other, AlongLane) and other.way > 0)
 
 
 def room_m(world: World, name: str) -> float:
-    """Gap to a vehicle of this name that crosses (m), at most `SPARE_M`."""
+    """Return the gap to a crossing vehicle of this name (m), at most `SPARE_M`."""
     other = other_of(world, name)
     crosses = isinstance(other, Straight) and other.kind is not ObjectKind.PEDESTRIAN
     return distance(world.ego_body(), other.body, SPARE_M) if crosses else SPARE_M
 
 
 class Stops:
-    """What the ego could have done in a recorded drive that ended in a contact with the other of this name.
+    """Alternatives of the ego in a recorded drive that ended in a contact with the other of this name.
 
     It could have stopped, at each tick, or gone on along its path.
     """
@@ -125,7 +133,7 @@ class Stops:
         self._orders = recording.orders
 
     def avoid(self, tick: int) -> bool:
-        """Does a stop that begins at this tick, gently or hard, avoid the contact?"""
+        """True if a stop that begins at this tick, gentle or hard, avoids the contact."""
         if tick not in self._known:
             world = self._worlds[tick]
             levels = (GENTLY_MPS2, HARD_MPS2)
@@ -134,7 +142,7 @@ class Stops:
         return self._known[tick]
 
     def latest(self, first: int) -> int | None:
-        """The latest tick from `first` on at which a stop avoids the contact, to 0.25 s; None if no tick does."""
+        """Return the latest tick from `first` on at which a stop avoids the contact, to 0.25 s; None without one."""
         last = len(self._worlds) - 2
         for tick in range(last, first - 1, -COARSE):
             if self.avoid(tick):
@@ -143,7 +151,7 @@ class Stops:
         return next((tick for tick in looks if self.avoid(tick)), None)
 
     def going_on_avoids(self, first: int) -> bool:
-        """Did the ego, from this tick on, stop for the contact that it would not have had if it had gone on?"""
+        """True if the ego stopped from this tick on, and would have had no contact if it had gone on."""
         stops = next((k for k in range(first, len(self._orders)) if not _goes_on(self._orders[k])), None)
         path = self._path_until(stops)
         if path is None or stops is None:
@@ -151,7 +159,7 @@ class Stops:
         return going_on_avoids(self._worlds[stops], self._name, path, self._contact_s)
 
     def _path_until(self, tick: int | None) -> Directive | None:
-        """The last order before this tick to drive along a path; None if there was none."""
+        """Return the last directive before this tick to drive along a path; None if there was none."""
         return next((order for order in reversed(self._orders[:tick]) if _goes_on(order)), None)
 
 
@@ -160,7 +168,7 @@ def _goes_on(order: Directive) -> bool:
 
 
 def following_avoids(recording: Recording, name: str) -> bool:
-    """If the stack kept its distance to a leader, would the ego touch nobody, and the other not even later on?"""
+    """True if the ego, with a stack that keeps its distance, touches no road user, and the other not even later on."""
     until_s = len(recording.orders) * DT
     for world in recording.worlds(follows=True, more=round(WATCHED_S / DT)):
         touched = world.touched()

@@ -1,4 +1,4 @@
-"""Drives one accepted plan in closed loop: the guard rechecks it, the ego obeys, the others do their worst."""
+"""Drives one accepted plan in closed loop: the guard rechecks it, the ego obeys, the others act as badly as allowed."""
 
 from __future__ import annotations
 
@@ -20,13 +20,17 @@ from stucksolver.solver.state_machine.execution import Execution
 from stucksolver.solver.state_machine.execution_steps import ExecutionOutcome
 
 EVERY = 2
-"""Ticks between two rechecks of the guard."""
+"""Number of ticks between two rechecks of the guard."""
 MOST_S = 40.0
+"""Longest drive (s). Ours."""
 
 
 @dataclass
 class Ended:
-    """How a drive ended. `missed`: lines crossed, and rails and places stood on, against the rules."""
+    """The end of a drive.
+
+    `missed`: lines crossed, and stops on rails and other forbidden positions, against the rules.
+    """
 
     how: str
     t: float
@@ -38,7 +42,7 @@ class Ended:
 
 
 def manner(draw: Drawn) -> Manner:
-    """Draws how the vehicle drives."""
+    """Draw the manner of driving of the vehicle."""
     drift = 0.0
     if draw.random() < 0.65:
         drift = draw.choice([-1, 1]) * (draw.uniform(0.05, 0.3) if draw.random() < 0.4 else draw.uniform(0.3, 1.0))
@@ -54,18 +58,18 @@ def manner(draw: Drawn) -> Manner:
 
 
 def silence(draw: Drawn) -> float:
-    """Draws the time from which the solver is silent (s)."""
+    """Draw the time from which the solver is silent (s)."""
     return draw.uniform(0.5, 8.0) if draw.random() < 0.06 else math.inf
 
 
 def judged(world: World, plan: RecoveryPlan, guided: bool) -> tuple[Execution, Any]:
-    """Submits a plan to the guard; returns the execution and the verdict."""
+    """Submit a plan to the guard; return the execution and the verdict."""
     execution = Execution(plan, Guard(), guided)
     return execution, execution.start(FrenetScene(world.surroundings()), 0.0)
 
 
 def drive(world: World, execution: Execution, silent_from: float) -> Ended:
-    """Drives a started plan to its end."""
+    """Drive a started plan to its end."""
     lease = _lease()
     order: Directive = CONTINUE
     watch = Watch(world)
@@ -73,10 +77,12 @@ def drive(world: World, execution: Execution, silent_from: float) -> Ended:
     recording = Recording(world, silent_from)
     for k in range(round(MOST_S / DT)):
         if k % EVERY == 0 and world.t < silent_from:
-            told = execution.tick(FrenetScene(world.surroundings()), world.t)
-            if isinstance(told, ExecutionOutcome):
-                return Ended("finished" if told.finished else "given up", world.t, None, None, watch.missed, nearest)
-            order = told
+            directive = execution.tick(FrenetScene(world.surroundings()), world.t)
+            if isinstance(directive, ExecutionOutcome):
+                return Ended(
+                    "finished" if directive.finished else "given up", world.t, None, None, watch.missed, nearest
+                )
+            order = directive
             if lease is not None:
                 lease.renew(order)
         done, rests = world.ego.path_is_done, abs(world.ego.speed) < AT_REST_MPS
@@ -85,7 +91,7 @@ def drive(world: World, execution: Execution, silent_from: float) -> Ended:
             return Ended("silent, then handed over", world.t, None, None, watch.missed, nearest)
         recording.orders.append(now)
         world.step(now)
-        watch.look()
+        watch.update()
         hit = world.touched()
         if hit is not None:
             obeyed = "silent" if world.t > silent_from else type(now).__name__ if now is order else "fallback"
@@ -97,9 +103,10 @@ def drive(world: World, execution: Execution, silent_from: float) -> Ended:
 
 
 def _lease() -> Any:
-    """The lease on the stack's side; None with an older solver that had no leases."""
+    """Return the lease on the stack's side; None with an older solver without leases."""
     try:
         from stucksolver.plan.lease import Lease
     except ImportError:
+        # An older solver has no leases; the oracle also measures old versions.
         return None
     return Lease()

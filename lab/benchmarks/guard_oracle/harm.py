@@ -1,7 +1,7 @@
-"""Was a refusal right? Drives the plan without a guard, and looks for harm.
+"""Checks whether a rejection was right: drives the plan without a guard, and looks for harm.
 
-This tests less than what the guard promises: it tries only a few ways of driving, and each of the others does only one
-thing. A refusal without harm here may still be right; one with harm is right.
+This tests less than the guard promises. It tries only a few manners of driving, and each of the others does only one
+thing. A rejection without harm here may still be right; one with harm is right.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ from stucksolver.solver.state_machine.execution_steps import ExecutionOutcome
 
 OFF = frozenset({RejectCode.OFF_LANES, RejectCode.OFF_ROAD})
 BRAKES_MPS2 = 3.5
-"""The start of a plan must not make anyone brake harder than this."""
+"""Deceleration that the start of a plan may require of others (m/s²)."""
 LANE_M, ROAD_M = 0.1, 0.15
-"""Tolerance for the body to reach out of the lane that it must keep, and off the road."""
+"""Tolerance for the body beyond the lane that it must keep, and off the road (m). Ours."""
 
 
 class Unguarded(Guard):
@@ -49,25 +49,31 @@ class Unguarded(Guard):
 
 @dataclass
 class Harm:
-    """The outcome: the first contact, the hardest braking of anyone behind us (m/s²), and how much further than at the
-    start the body reached out of its lane and off the road (m)."""
+    """The outcome of a plan.
+
+    It holds the first contact, the hardest braking of rear traffic (m/s²), and the distances by which the body reached
+    further out of its lane and off the road than at the start (m).
+    """
 
     contact: str | None = None
     brakes_mps2: float = 0.0
+    """Hardest braking of rear traffic (m/s²)."""
     off_lane_m: float = 0.0
+    """Increase of the distance out of the lane (m)."""
     off_road_m: float = 0.0
+    """Increase of the distance off the road (m)."""
 
-    def shown(self, codes: Collection[str]) -> bool:
-        """Is there harm of the kind that a refusal with these codes should prevent?"""
+    def justifies(self, codes: Collection[str]) -> bool:
+        """True if there is harm of the kind that a rejection with these codes should prevent."""
         off_lane = RejectCode.LEAVES_LANE in codes and self.off_lane_m > LANE_M
         off_road = not OFF.isdisjoint(codes) and self.off_road_m > ROAD_M
         return off_lane or off_road or self.contact is not None or self.brakes_mps2 > BRAKES_MPS2
 
 
 def harm_of(seed: int, number: int, plan: RecoveryPlan, codes: Collection[str]) -> Harm:
-    """The worst harm of a plan in a scene, over brisk and sluggish driving and both ways in which others react.
+    """Return the worst harm of a plan in a scene, over brisk and sluggish driving and both reactions of the others.
 
-    If the plan was refused because a vehicle may come out of an unseen area behind, one comes, at the speed limit.
+    If the plan was rejected because a vehicle may come out of an occluded area behind, one comes, at the speed limit.
     """
     worst = Harm()
     for how, answers in itertools.product((0.0, 1.0), ("lane", "way")):
@@ -85,7 +91,7 @@ def harm_of(seed: int, number: int, plan: RecoveryPlan, codes: Collection[str]) 
 
 
 def _add_unseen(setting: Setting, plan: RecoveryPlan) -> None:
-    """Adds a vehicle at the speed limit in the lane to be entered, just out of sight behind us."""
+    """Add a vehicle at the speed limit in the lane to be entered, just out of sight behind the ego."""
     world = World(setting, Manner())
     side = next((b.side for b in plan.behaviors if isinstance(b, ChangeLane)), "")
     lane = next((lane for lane in setting.road.lanes if lane.name == side), None)
@@ -127,14 +133,14 @@ DRIVING = ("own", "left", "right", "oncoming")
 
 
 def _out(world: World, names: tuple[str, ...]) -> float:
-    """How far the body reaches out of a set of adjacent lanes (m)."""
+    """Return the distance by which the body reaches out of a set of adjacent lanes (m)."""
     lanes = [lane for lane in world.road.lanes if lane.name in names]
     _, _, right, left = world.ego_span()
-    return max(left - max(lane.left for lane in lanes), min(lane.right for lane in lanes) - right)
+    return max(left - max(lane.left_m for lane in lanes), min(lane.right_m for lane in lanes) - right)
 
 
 def _must_brake(world: World) -> float:
-    """The hardest braking that anyone behind us in a lane that we entered needs now to stay behind us (m/s²)."""
+    """Return the hardest braking that rear traffic in an entered lane needs now to stay behind the ego (m/s²)."""
     most = 0.0
     for other in world.others:
         if not isinstance(other, AlongLane) or other.way < 0 or other.was_behind:

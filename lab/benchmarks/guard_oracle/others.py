@@ -1,8 +1,8 @@
 """The other actors: as hostile as `docs/SAFETY.md` assumes, but not more.
 
-They keep their speed and lane, brake by up to 3.5 m/s² at any time, cross straight, or step off a kerb. Those who
-approach from behind keep their distance if we have been in their path all along. If we enter it, they brake after a
-reaction time, no harder than necessary.
+They keep their speed and lane, brake by up to 3.5 m/s² at any time, cross straight, or step off a curb. Rear traffic
+keeps its distance if the ego has been in its path all along. If the ego enters its path, it brakes after a reaction
+time, no harder than necessary.
 """
 
 from __future__ import annotations
@@ -28,42 +28,44 @@ SIZES: dict[ObjectKind, tuple[float, float, float]] = {
     K.CONE: (0.4, 0.4, 0.7),
     K.BARRIER: (0.6, 1.8, 1.0),
 }
-"""Length, width, height (m)."""
+"""Length, width, height by kind (m). Ours: typical sizes."""
 ANSWERS_MPS2, ANSWERS_AFTER_S = 4.5, 1.0
-"""Deceleration for a vehicle that has started to enter their lane, and the reaction time before it."""
+"""Deceleration for a vehicle that has started to enter their lane (m/s²), and the reaction time before it (s)."""
 LATE_ANSWER_S = 0.5
-"""Reaction time of those who react only to what is in their own path, and watch it."""
+"""Reaction time of drivers that react only to objects in their own path, and watch it (s)."""
 HARDEST_MPS2 = 8.0
+"""Hardest braking of the others (m/s²)."""
 SETS_OFF_MPS2 = 1.5
-"""Acceleration of one that sets off: that of ordinary traffic, below the 2 m/s² of hazard H2."""
+"""Acceleration of a vehicle that sets off (m/s²): that of ordinary traffic, below the 2 m/s² of hazard H2."""
 STOOD_LONG_S = 3.0
-"""Traffic in a lane sees, and stops for, someone who has stood in it for this long."""
+"""Time for which the ego must be stopped in a lane before traffic there stops for it (s)."""
 KEEPS_M = 0.5
+"""Distance that a vehicle keeps at standstill (m). Ours."""
 
 
 class Situation(Protocol):
-    """What the others know about the ego."""
+    """State of the ego as the others use it."""
 
     road: Road
     t: float
     ego_stood: float
-    """How long it has been standing (s)."""
+    """Time for which the ego has been stopped (s)."""
 
     @property
     def ego_speed(self) -> float: ...
     def ego_body(self) -> Body: ...
     def ego_span(self) -> tuple[float, float, float, float]:
-        """Arc lengths of its rear and front, and offsets of its right and left side (m)."""
+        """Return arc lengths of the ego's rear and front, and offsets of its right and left side (m)."""
         ...
 
     def rear_within(self, right: float, left: float) -> float | None:
-        """Arc length of the rearmost part of the ego between two offsets; None where no part of it is."""
+        """Return the arc length of the rearmost part of the ego between two offsets; None without such a part."""
         ...
 
 
 @dataclass
 class Other:
-    """One of the others, standing. `role`: its part in the scene, for the statistics of causes."""
+    """A stopped road user. `role`: its part in the scene, for the statistics of causes."""
 
     name: str
     kind: ObjectKind
@@ -71,25 +73,28 @@ class Other:
     height: float
     role: str
     vx: float = 0.0
+    """Velocity along x (m/s)."""
     vy: float = 0.0
+    """Velocity along y (m/s)."""
     stood: float = 30.0
+    """Time for which it has been stopped (s)."""
     moved_ago: float | None = None
     hazard: bool = False
     seen_at: float | None = None
-    """Time when it was first seen (s from the start of the plan)."""
+    """Time when it was first in sight (s from the start of the plan)."""
 
     @property
     def speed(self) -> float:
         return math.hypot(self.vx, self.vy)
 
     def step(self, world: Situation, dt: float) -> None:
-        """Stays where it is."""
+        """Leave the road user at its position."""
         self.stood += dt
         if self.moved_ago is not None:
             self.moved_ago += dt
 
     def _put(self, x: float, y: float, yaw: float, dt: float) -> None:
-        """Moves to a place in one step."""
+        """Move to a position in one step."""
         self.vx, self.vy = (x - self.body.x) / dt, (y - self.body.y) / dt
         self.body.x, self.body.y, self.body.yaw = x, y, yaw
         moves = self.speed > 0.05
@@ -102,29 +107,37 @@ class Other:
 
 @dataclass
 class AlongLane(Other):
-    """Moves along a lane at an offset, with (+1) or against (-1) our direction.
+    """Moves along a lane at an offset, with (+1) or against (-1) the ego's direction.
 
-    `brakes_at`, `brakes_by`: when it brakes of its own accord, and how hard. `sets_off_at`: when a stopped one drives
-    off; one that has braked no longer brakes then. `answers`: "lane" – to what enters its lane, which is `lane` (right,
-    left); "way" – to what is in its very way; "never" – beyond what is assumed.
+    `brakes_at`, `brakes_by`: time and deceleration of a braking without a reason. `sets_off_at`: time at which a
+    stopped one drives off; one that has braked no longer brakes then. `answers`: "lane" – it reacts to road users that
+    enter its lane, which is `lane` (right, left); "way" – to those in its path only; "never" – beyond the assumptions.
     """
 
     s: float = 0.0
+    """Arc length (m)."""
     d: float = 0.0
+    """Offset to the left (m)."""
     way: int = 1
+    """Direction along the road: 1 with, -1 against the ego's."""
     v: float = 0.0
+    """Speed (m/s)."""
     lane: tuple[float, float] = (-1.75, 1.75)
+    """Borders of its lane: right, left (m)."""
     brakes_at: float = math.inf
     brakes_by: float = 3.5
+    """Deceleration of its braking without a reason (m/s²)."""
     sets_off_at: float = math.inf
     cruise: float = 6.0
+    """Speed after it sets off (m/s)."""
     answers: str = "lane"
     in_danger: float = 0.0
+    """Time for which it has had to react (s)."""
     was_behind: bool = False
-    """Was the ego in its path from the start?"""
+    """True if the ego was in its path from the start."""
 
     def start(self, world: Situation) -> None:
-        """Takes its place on the road, and notes whether we are already in its path."""
+        """Put the vehicle on the road, and note whether the ego is already in its path."""
         self._place(world.road)
         rear = world.rear_within(*self._strip())
         self.was_behind = self.way > 0 and rear is not None and self.front <= rear
@@ -143,7 +156,7 @@ class AlongLane(Other):
             self.v = min(self.v, was - (HARDEST_MPS2 if self.keeps_distance else ANSWERS_MPS2) * dt)
         self.v = max(self.v, 0.0)
         self.s += self.way * (was + self.v) / 2 * dt
-        x, y, yaw = world.road.place(self.s, self.d)
+        x, y, yaw = world.road.point_at(self.s, self.d)
         self._put(x, y, yaw if self.way > 0 else math.remainder(yaw + math.pi, math.tau), dt)
 
     def _strip(self) -> tuple[float, float]:
@@ -164,11 +177,11 @@ class AlongLane(Other):
 
     @property
     def keeps_distance(self) -> bool:
-        """Does it keep its distance to us because we have been ahead of it all along?"""
+        """True if it keeps its distance because the ego has been ahead of it all along."""
         return self.was_behind or self.way < 0
 
     def is_too_near(self, world: Situation) -> bool:
-        """Is the gap between us smaller than required by Lemma 2 of the RSS paper?"""
+        """True if the gap to the ego is smaller than required by Lemma 2 of the RSS paper."""
         if self.way < 0:
             _, front, right, left = world.ego_span()
             strip = self._strip()
@@ -183,7 +196,7 @@ class AlongLane(Other):
         return rear_in - self.front < max(needed, 0.0) + KEEPS_M
 
     def _place(self, road: Road) -> None:
-        x, y, yaw = road.place(self.s, self.d)
+        x, y, yaw = road.point_at(self.s, self.d)
         heading = yaw if self.way > 0 else math.remainder(yaw + math.pi, math.tau)
         self.body.x, self.body.y, self.body.yaw = x, y, heading
         self.vx, self.vy = self.v * math.cos(heading), self.v * math.sin(heading)
@@ -193,17 +206,21 @@ class AlongLane(Other):
 
 @dataclass
 class Straight(Other):
-    """Moves straight in the plane: crosses, joins, walks along or across. May brake, stop, and set off.
+    """Moves straight in the plane: crosses, joins, walks along or across. It may brake, stop, and set off.
 
-    `sets_off_at`: when it drives or walks off, up to the speed `cruise`; it no longer brakes then.
+    `sets_off_at`: time at which it drives or walks off, up to the speed `cruise`; it no longer brakes then.
     """
 
     heading: float = 0.0
+    """Heading (rad)."""
     v: float = 0.0
+    """Speed (m/s)."""
     brakes_at: float = math.inf
     brakes_by: float = 3.5
+    """Deceleration of its braking (m/s²)."""
     sets_off_at: float = math.inf
     cruise: float = 6.0
+    """Speed after it sets off (m/s)."""
 
     def start(self, world: Situation) -> None:
         self.vx, self.vy = self.v * math.cos(self.heading), self.v * math.sin(self.heading)
@@ -225,16 +242,20 @@ class Straight(Other):
 
 @dataclass
 class StepsOff(Other):
-    """Stands at the kerb, steps off when our front is `trigger` metres away, and walks straight across."""
+    """Stands at the curb, steps off when the front of the ego is `trigger` meters away, and walks straight across."""
 
     s: float = 0.0
+    """Arc length (m)."""
     d: float = 0.0
+    """Offset to the left (m)."""
     trigger: float = 5.0
+    """Distance of the ego's front at which it steps off (m)."""
     pace: float = 1.4
+    """Walking speed (m/s)."""
     walks: bool = False
 
     def start(self, world: Situation) -> None:
-        self.body.x, self.body.y, heading = world.road.place(self.s, self.d)
+        self.body.x, self.body.y, heading = world.road.point_at(self.s, self.d)
         self.body.yaw = heading + (math.pi / 2 if self.d < 0 else -math.pi / 2)
 
     def step(self, world: Situation, dt: float) -> None:
@@ -246,7 +267,7 @@ class StepsOff(Other):
         self._put(self.body.x + way * math.cos(yaw), self.body.y + way * math.sin(yaw), yaw, dt)
 
 
-def made(kind: ObjectKind, size: tuple[float, float, float] | None = None) -> tuple[Body, float]:
-    """A body with the typical size of its kind, not placed yet, and its height (m)."""
+def typical_body(kind: ObjectKind, size: tuple[float, float, float] | None = None) -> tuple[Body, float]:
+    """Return a body with the typical size of its kind, not placed yet, and its height (m)."""
     length, width, height = size or SIZES[kind]
     return Body(0.0, 0.0, 0.0, length, width), height

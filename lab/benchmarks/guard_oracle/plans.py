@@ -1,4 +1,4 @@
-"""Proposals for the guard: the plan of the rules in a scene, and random behaviours."""
+"""Proposals for the guard: the plan of the rules in a scene, and random behaviors."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ RULES = RuleReasoner()
 
 
 def from_rules(view: FrenetScene, stopped_s: float) -> RecoveryPlan | None:
-    """The plan of the rules in this scene, or None if they wait."""
+    """Return the plan of the rules in this scene, or None if they wait."""
     speed = abs(view.ego.speed_mps)
     status = Status(time_s=view.surroundings.time_s, speed_mps=speed, progress_m=view.ego_s)
     scene = build_scene(view, status, describe(NAMES))
@@ -60,10 +60,11 @@ ANYWHERE: tuple[Callable[[Drawn], Behavior], ...] = (
     lambda draw: BackUp(distance_m=draw.uniform(1.0, 8.0), speed_mps=draw.uniform(0.5, 2.0)),
     lambda draw: BorrowOncomingLane(past_object_id="lead", speed_mps=draw.uniform(1.0, 5.5)),
 )
+"""Random behaviors that suit any scene."""
 
 
 def at_random(draw: Drawn, setting: Setting) -> RecoveryPlan:
-    """One or two behaviours, most of which suit the class of the scene."""
+    """Return one or two behaviors, most of which suit the class of the scene."""
     fits = setting.propose is not None and draw.random() < 0.7
     first = setting.propose(draw) if fits and setting.propose else [draw.choice(ANYWHERE)(draw)]
     if len(first) == 1 and draw.random() < 0.15:
@@ -73,6 +74,6 @@ def at_random(draw: Drawn, setting: Setting) -> RecoveryPlan:
 
 
 def nosed(draw: Drawn) -> RecoveryPlan:
-    """A lane change that turns the nose out first, and waits there for its gap."""
+    """Return a lane change that noses out first, and waits there for its gap."""
     change = _change(draw)
     return RecoveryPlan(behaviors=(NoseOut(side=change.side, speed_mps=draw.uniform(0.5, 2.0)), change))

@@ -1,4 +1,7 @@
-"""A recorded drive: the world at its start and the order of every tick. It can be driven again, also otherwise."""
+"""A recorded drive: the world at its start and the directive of every tick.
+
+It can be driven again, also with changes.
+"""
 
 from __future__ import annotations
 
@@ -18,8 +21,8 @@ class Frame:
     """The ego and one other at one tick.
 
     `t` in s; `ego`, `other`: their bodies; `ego_speed`, `other_speed` in m/s; `ego_d`, `other_d`: their offsets to the
-    left of the road's line (m). `visible`: is the other in sight? `abreast`: has the other, in a lane of our direction,
-    come as far as the ego's rear? `stops_behind`: could it still stop behind the ego?
+    left of the road's line (m). `visible`: the other is in sight. `abreast`: the other, in a lane of the ego's
+    direction, has come as far as the ego's rear. `stops_behind`: it could still stop behind the ego.
     """
 
     t: float
@@ -43,9 +46,9 @@ class Recording:
         self.orders: list[Directive] = []
 
     def worlds(self, *, follows: bool = False, more: int = 0) -> Iterator[World]:
-        """The world at every tick, the start included. It is one object that changes.
+        """Yield the world at every tick, the start included. It is one object that changes.
 
-        `follows`: the vehicle keeps its distance to a leader. `more`: further ticks, under the last order.
+        `follows`: the vehicle keeps its distance to a lead vehicle. `more`: further ticks, under the last directive.
         """
         world = copied(self.start)
         if follows:
@@ -56,12 +59,12 @@ class Recording:
             yield world
 
     def frames(self, name: str) -> list[Frame]:
-        """What the ego and the other of this name did."""
+        """Return the frames of the ego and the other of this name."""
         return [frame_of(world, other_of(world, name)) for world in self.worlds()]
 
 
 def copied(world: World) -> World:
-    """A copy that can be driven on without a change to the original. What never changes is shared."""
+    """Return a copy that can be driven on without a change to the original. Constant parts are shared."""
     new = copy.copy(world)
     new.ego = world.ego.copied()
     new.others = [copy.copy(other) for other in world.others]
@@ -73,12 +76,12 @@ def copied(world: World) -> World:
 
 
 def other_of(world: World, name: str) -> Other:
-    """The other with this name."""
+    """Return the other with this name."""
     return next(other for other in world.others if other.name == name)
 
 
 def frame_of(world: World, other: Other) -> Frame:
-    """The frame of this moment."""
+    """Return the frame of the present tick."""
     ego, body = world.ego_body(), replace(other.body)
     s, d = world.road.find(ego.x, ego.y, world.ego_s)
     _, other_d = world.road.find(body.x, body.y, s)

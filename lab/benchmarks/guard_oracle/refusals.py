@@ -1,10 +1,12 @@
-"""Compares two guards on the same proposals: which were accepted before and are refused now, and was that right?
+"""Compares two guards on the same proposals: lists those that are newly rejected, and whether that was right.
 
-    PYTHONPATH=OLD/src python -m lab.benchmarks.guard_oracle --judge-only --scenes 600 --out out/before
-    python -m lab.benchmarks.guard_oracle --judge-only --scenes 600 --out out/after
-    python -m lab.benchmarks.guard_oracle.refusals out/before/seed-1.jsonl out/after/seed-1.jsonl refusals.json
+```
+PYTHONPATH=OLD/src python -m lab.benchmarks.guard_oracle --judge-only --scenes 600 --out out/before
+python -m lab.benchmarks.guard_oracle --judge-only --scenes 600 --out out/after
+python -m lab.benchmarks.guard_oracle.refusals out/before/seed-1.jsonl out/after/seed-1.jsonl refusals.json
+```
 
-Each newly refused plan is driven without a guard (`harm.py`).
+Each newly rejected plan is driven without a guard (`harm.py`).
 """
 
 from __future__ import annotations
@@ -25,16 +27,16 @@ Key = tuple[int, int]
 
 
 def rows_of(path: Path) -> tuple[int, dict[Key, Row]]:
-    """The seed of a campaign, read from its file name, and its proposals by scene and number."""
+    """Return the seed of a campaign, read from its file name, and its proposals by scene and number."""
     seed = re.search(r"seed-(\d+)", path.name)
     if seed is None:
-        raise SystemExit(f"{path}: the file name must contain the seed, as in seed-1.jsonl")
+        raise SystemExit(f"no seed in the file name: {path}. Name it like seed-1.jsonl")
     scenes = (json.loads(line) for line in path.read_text(encoding="utf-8").splitlines())
     return int(seed[1]), {(row["scene"], row["k"]): row for scene in scenes for row in scene["rows"]}
 
 
 def has_follower(seed: int, row: Row) -> bool:
-    """Is it a lane change with someone behind us in the lane to be entered?"""
+    """True if it is a lane change with a follower in the lane to be entered."""
     change = next((b for b in row["plan"] if b["name"] == "change_lane"), None)
     if change is None:
         return False
@@ -43,17 +45,23 @@ def has_follower(seed: int, row: Row) -> bool:
     if lane is None:
         return False
     return any(
-        isinstance(o, AlongLane) and o.way > 0 and o.v > 0.5 and o.s < setting.ego_s and lane.right < o.d < lane.left
+        isinstance(o, AlongLane)
+        and o.way > 0
+        and o.v > 0.5
+        and o.s < setting.ego_s
+        and lane.right_m < o.d < lane.left_m
         for o in setting.others
     )
 
 
 def compare(before: Path, after: Path) -> dict[str, Any]:
-    """Counts by class, and every new refusal with the outcome when driven anyway."""
+    """Return counts by class, and every new rejection with the outcome of the drive without a guard."""
     seed, old = rows_of(before)
     again, new = rows_of(after)
     if seed != again:
-        raise SystemExit(f"{before} has seed {seed}, {after} has seed {again}: they must have the same scenes")
+        raise SystemExit(
+            f"different seeds: {before} has {seed}, {after} has {again}. Both files must have the same scenes"
+        )
     counts: dict[str, Counter[str]] = defaultdict(Counter)
     refused = []
     for key, was in old.items():
@@ -69,7 +77,7 @@ def compare(before: Path, after: Path) -> dict[str, Any]:
             counts[group]["newly accepted"] += now["accepted"] and not was["accepted"]
         if was["accepted"] and not now["accepted"]:
             harm = harm_of(seed, key[0], RecoveryPlan.model_validate({"behaviors": was["plan"]}), now["codes"])
-            shown = harm.shown(now["codes"])
+            shown = harm.justifies(now["codes"])
             for group in groups:
                 counts[group]["newly refused"] += 1
                 counts[group]["with harm shown"] += shown
@@ -91,7 +99,7 @@ def compare(before: Path, after: Path) -> dict[str, Any]:
 
 
 def main() -> None:
-    """Writes the comparison as JSON."""
+    """Write the comparison as JSON."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("before", type=Path)
     parser.add_argument("after", type=Path)

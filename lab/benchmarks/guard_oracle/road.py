@@ -18,13 +18,15 @@ from stucksolver.scene import (
 )
 
 FINE_M = 0.5
+"""Distance between points of the line (m)."""
 SPACING_M = 2.0
+"""Distance between points of the description for the guard (m)."""
 SAME, OPPOSITE = LaneDirection.SAME, LaneDirection.OPPOSITE
 
 
 @dataclass(frozen=True)
 class OwnLane:
-    """A lane of the oracle: offset of its centre to the left of the line, and its width (m)."""
+    """A lane of the oracle: offset of its center to the left of the line, and its width (m)."""
 
     name: str
     offset: float
@@ -34,17 +36,17 @@ class OwnLane:
     line: LineKind = LineKind.BROKEN
 
     @property
-    def right(self) -> float:
+    def right_m(self) -> float:
         return self.offset - self.width / 2
 
     @property
-    def left(self) -> float:
+    def left_m(self) -> float:
         return self.offset + self.width / 2
 
 
 @dataclass
 class Road:
-    """A chain of pieces (length m, curvature 1/m) that starts at the origin along x, with lanes and zones."""
+    """A chain of segments (length m, curvature 1/m) that starts at the origin along x, with lanes and zones."""
 
     key: str
     pieces: list[tuple[float, float]]
@@ -62,11 +64,11 @@ class Road:
         self._y = np.concatenate([[0.0], np.cumsum(FINE_M * np.sin(middle))])
         self._turned = turned
         self.end = float(self._s[-1])
-        # One place at a time is asked for a hundred thousand times: lists are read far quicker than arrays.
+        # Lists are far quicker than arrays here: single points are requested a hundred thousand times.
         self._line = self._x.tolist(), self._y.tolist(), turned.tolist()
 
-    def place(self, s: float, d: float = 0.0) -> tuple[float, float, float]:
-        """(x, y, heading) of the point `s` metres along and `d` to the left; extended straight beyond the ends."""
+    def point_at(self, s: float, d: float = 0.0) -> tuple[float, float, float]:
+        """Return (x, y, heading) of the point `s` meters along and `d` to the left; straight beyond the ends."""
         inside = min(max(s, 0.0), self.end)
         xs, ys, turned = self._line
         k = min(int(inside / FINE_M), len(xs) - 2)
@@ -78,31 +80,31 @@ class Road:
         return float(x + beyond * c - d * n), float(y + beyond * n + d * c), float(heading)
 
     def find(self, x: float, y: float, near: float) -> tuple[float, float]:
-        """(s, d) of a point close to arc length `near`."""
+        """Return (s, d) of a point close to arc length `near`."""
         s = near
         for _ in range(6):
-            px, py, heading = self.place(s)
+            px, py, heading = self.point_at(s)
             step = (x - px) * math.cos(heading) + (y - py) * math.sin(heading)
             s += step
             if abs(step) < 1e-3:
                 break
-        px, py, heading = self.place(s)
+        px, py, heading = self.point_at(s)
         return s, (y - py) * math.cos(heading) - (x - px) * math.sin(heading)
 
-    def places(self, s: np.ndarray, d: float) -> tuple[np.ndarray, np.ndarray]:
-        """(x, y) of many points within the length of the line."""
+    def points_at(self, s: np.ndarray, d: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return (x, y) of many points within the length of the line."""
         heading = np.interp(s, self._s, self._turned)
         x, y = np.interp(s, self._s, self._x), np.interp(s, self._s, self._y)
         return x - d * np.sin(heading), y + d * np.cos(heading)
 
     def lane(self, name: str) -> OwnLane:
-        """The lane with this name."""
+        """Return the lane with this name."""
         return next(lane for lane in self.lanes if lane.name == name)
 
     def geometry(self) -> RoadGeometry:
-        """The road as the stack would report it."""
+        """Return the road as the stack would report it."""
         count = int(self.end / SPACING_M) + 1
-        points = tuple(self.place(SPACING_M * k)[:2] for k in range(count))
+        points = tuple(self.point_at(SPACING_M * k)[:2] for k in range(count))
         strips = tuple(
             LaneStrip(
                 id=lane.name,
@@ -121,11 +123,13 @@ class Road:
 
 
 def lanes_of(layout: str, width: float = 3.5) -> list[OwnLane]:
-    """The lanes of a layout: "two_way", "multi" (a lane of our direction on the left), "right" (on the right), "both".
-    The suffix "_shoulder" or "_parking" adds a strip of that kind on the right."""
-    base, _, beside = layout.partition("_")
+    """Return the lanes of a layout: "two_way", "multi" (a lane of the ego's direction on the left), "right", "both".
+
+    The suffix "_shoulder" or "_parking" adds a strip of that kind on the right.
+    """
+    base, _, strip = layout.partition("_")
     if base == "two":
-        base, _, beside = "two_way", "", beside.removeprefix("way").removeprefix("_")
+        base, _, strip = "two_way", "", strip.removeprefix("way").removeprefix("_")
     found = [OwnLane("own", 0.0, width)]
     left = width
     if base in ("multi", "both"):
@@ -135,7 +139,7 @@ def lanes_of(layout: str, width: float = 3.5) -> list[OwnLane]:
         found.append(OwnLane("oncoming", left, width, OPPOSITE))
     if base == "right":
         found.append(OwnLane("right", -width, width))
-    if beside:
-        kind = LaneKind.PARKING if beside == "parking" else LaneKind.SHOULDER
+    if strip:
+        kind = LaneKind.PARKING if strip == "parking" else LaneKind.SHOULDER
         found.append(OwnLane("roadside", -width / 2 - 1.15, 2.3, kind=kind))
     return found

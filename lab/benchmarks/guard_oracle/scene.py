@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from lab.benchmarks.guard_oracle.bodies import Body
-from lab.benchmarks.guard_oracle.others import AlongLane, Other, StepsOff, Straight, made
+from lab.benchmarks.guard_oracle.others import AlongLane, Other, StepsOff, Straight, typical_body
 from lab.benchmarks.guard_oracle.road import Road
 from stucksolver.plan.behaviors import Behavior
 from stucksolver.scene import ControlKind, LightState, ObjectKind
@@ -19,9 +19,9 @@ Drawn = random.Random
 
 @dataclass
 class Control:
-    """A light or sign at arc length `line`, visible from `seen_from` metres before it.
+    """A light or sign at arc length `line`, visible from `seen_from` meters before it.
 
-    A light shows `first` until `changes_at` (s), and `then` afterwards.
+    A light shows `first` until `changes_at` (s), and `then` afterward.
     """
 
     kind: ControlKind
@@ -37,24 +37,31 @@ class Control:
 
 @dataclass
 class Setting:
-    """The state of everything when a plan is proposed."""
+    """The state of all parts of a scene when a plan is proposed."""
 
     road: Road
     others: list[Other] = field(default_factory=list)
     walls: list[tuple[Body, float]] = field(default_factory=list)
-    """Occluders that are not objects, such as houses and hedges, with their heights."""
+    """Occluders that are not objects, such as houses and hedges, with their heights (m)."""
     controls: list[Control] = field(default_factory=list)
     ego_s: float = 60.0
+    """Arc length of the ego (m)."""
     ego_d: float = 0.0
+    """Offset of the ego to the left (m)."""
     ego_yaw: float = 0.0
+    """Heading of the ego relative to the road (rad)."""
     ego_speed: float = 0.0
+    """Speed of the ego (m/s)."""
     ahead_m: float = 120.0
+    """Length of the road ahead in the report (m)."""
     behind_m: float = 60.0
+    """Length of the road behind in the report (m)."""
     reach_m: float | None = None
     """Distance up to which objects are visible (m); None: the sight ahead, at least 60 m."""
     stopped_s: float = 25.0
+    """Time for which the ego has been stopped (s)."""
     propose: Callable[[Drawn], list[Behavior]] | None = None
-    """Proposals that suit the class, in addition to the general ones."""
+    """Random proposals that suit the class, in addition to the general ones."""
 
 
 Side = Literal["left", "right"]
@@ -63,15 +70,16 @@ Maker = Callable[[Drawn], Setting]
 CLASSES: dict[str, Maker] = {}
 """The first classes. They share the numbers below `BLOCK` in turn."""
 LATER: dict[str, tuple[int, Maker]] = {}
-"""Classes that were added later, each with the number of its block. A new class leaves all numbers as they are."""
+"""Classes that were added later, each with the number of its block. A new class leaves all numbers unchanged."""
 BLOCK = 1_000_000
-"""The scenes of block k have the numbers from k * BLOCK on."""
+"""Number of scenes per block. The scenes of block k have the numbers from k * BLOCK on."""
 
 
 def scene_class(name: str, block: int | None = None) -> Callable[[Maker], Maker]:
-    """Registers a class of scenes, with a block of numbers of its own unless it is one of the first classes.
+    """Register a class of scenes, with a block of numbers of its own unless it is one of the first classes.
 
-    Raises `ValueError` if the name or the block is taken.
+    Raises:
+        ValueError: The name or the block is taken.
     """
 
     def register(maker: Maker) -> Maker:
@@ -89,19 +97,19 @@ def scene_class(name: str, block: int | None = None) -> Callable[[Maker], Maker]
 
 
 def all_classes() -> tuple[str, ...]:
-    """Names of all classes, the first ones first."""
+    """Return the names of all classes, the first ones first."""
     return (*CLASSES, *LATER)
 
 
 def number_of(name: str, k: int) -> int:
-    """Number of scene `k` of a class."""
+    """Return the number of scene `k` of a class."""
     if name in LATER:
         return LATER[name][0] * BLOCK + k
     return k * len(CLASSES) + list(CLASSES).index(name)
 
 
 def class_of(number: int) -> tuple[str, Maker]:
-    """Name and maker of the class to which a scene's number belongs."""
+    """Return name and maker of the class to which a scene's number belongs."""
     block, _ = divmod(number, BLOCK)
     if block:
         return next((name, maker) for name, (own, maker) in LATER.items() if own == block)
@@ -111,9 +119,9 @@ def class_of(number: int) -> tuple[str, Maker]:
 def standing(
     name: str, road: Road, s: float, d: float, kind: ObjectKind = ObjectKind.CAR, *, turn: float = 0.0, role: str = ""
 ) -> Other:
-    """Something that stands on the road, at an angle to its direction."""
-    body, height = made(kind)
-    x, y, heading = road.place(s, d)
+    """Return a stopped object on the road, at an angle to its direction."""
+    body, height = typical_body(kind)
+    x, y, heading = road.point_at(s, d)
     body.x, body.y, body.yaw = x, y, heading + turn
     return Other(name, kind, body, height, role or "standing")
 
@@ -130,10 +138,10 @@ def driving(
     way: int = 1,
     **more: Any,
 ) -> AlongLane:
-    """Someone who moves along a lane of the road."""
-    body, height = made(kind)
-    inside = next((lane for lane in road.lanes if lane.right <= d <= lane.left), None)
-    lane = (inside.right, inside.left) if inside else (d - 1.75, d + 1.75)
+    """Return a road user that moves along a lane of the road."""
+    body, height = typical_body(kind)
+    inside = next((lane for lane in road.lanes if lane.right_m <= d <= lane.left_m), None)
+    lane = (inside.right_m, inside.left_m) if inside else (d - 1.75, d + 1.75)
     return AlongLane(name, kind, body, height, role, s=s, d=d, v=v, way=way, lane=lane, **more)
 
 
@@ -149,21 +157,21 @@ def crossing(
     size: tuple[float, float, float] | None = None,
     **more: Any,
 ) -> Straight:
-    """Someone next to the road who moves straight, at an angle to it."""
-    body, height = made(kind, size)
-    x, y, heading = road.place(s, d)
+    """Return a road user next to the road that moves straight, at an angle to it."""
+    body, height = typical_body(kind, size)
+    x, y, heading = road.point_at(s, d)
     body.x, body.y = x, y
     return Straight(name, kind, body, height, role, heading=heading + turn, v=v, **more)
 
 
 def at_the_kerb(name: str, s: float, d: float, trigger: float, pace: float = 1.4, *, height: float = 1.7) -> StepsOff:
-    """A pedestrian who may step off the kerb."""
-    body, _ = made(ObjectKind.PEDESTRIAN)
+    """Return a pedestrian that may step off the curb."""
+    body, _ = typical_body(ObjectKind.PEDESTRIAN)
     return StepsOff(name, ObjectKind.PEDESTRIAN, body, height, "steps off", s=s, d=d, trigger=trigger, pace=pace)
 
 
 def brakes(draw: Drawn, share: float = 0.4) -> dict[str, Any]:
-    """When and how hard someone brakes without a reason; in most cases they do not."""
+    """Return time and deceleration of a braking without a reason; in most cases there is none."""
     if draw.random() > share:
         return {}
     return {"brakes_at": draw.uniform(0.0, 10.0), "brakes_by": draw.uniform(0.5, 3.5)}

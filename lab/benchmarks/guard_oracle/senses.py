@@ -1,4 +1,4 @@
-"""The report of a perfect perception: who is in sight, and how far each lane is visible."""
+"""The report of a perfect perception: the road users in sight, and the visible length of each lane."""
 
 from __future__ import annotations
 
@@ -13,16 +13,17 @@ from lab.benchmarks.guard_oracle.road import Road
 from stucksolver.scene import LaneSight
 
 TALL_M = 2.0
-"""Lower objects do not hide a lane from sensors on the roof."""
+"""Height from which on an object hides a lane from sensors on the roof (m)."""
 TALLER_M = 0.3
-"""Something hides an object behind it that is lower by this much."""
+"""Height by which an object must exceed an object behind it to hide it (m)."""
 STEP_M = 3.0
+"""Distance between two points of a lane whose visibility is tested (m)."""
 OWN_M = 4.0
-"""Within this distance, objects next to the lanes hide nothing on them."""
+"""Distance within which objects next to the lanes hide nothing on them (m)."""
 
 
 def crosses(eye: tuple[float, float], x: np.ndarray, y: np.ndarray, body: Body) -> np.ndarray:
-    """Which lines from an eye to points intersect a body."""
+    """Return which lines from an eye to points intersect a body."""
     c, n = math.cos(body.yaw), math.sin(body.yaw)
     ex, ey = eye[0] - body.x, eye[1] - body.y
     px, py = x - body.x, y - body.y
@@ -38,7 +39,7 @@ def crosses(eye: tuple[float, float], x: np.ndarray, y: np.ndarray, body: Body) 
 
 
 def in_sight(eye: tuple[float, float], other: Other, hiding: Sequence[tuple[Body, float]], reach_m: float) -> bool:
-    """Is any corner or the centre of someone visible?"""
+    """True if any corner or the center of a road user is visible."""
     if math.hypot(other.body.x - eye[0], other.body.y - eye[1]) > reach_m:
         return False
     between = [body for body, height in hiding if body is not other.body and height >= other.height + TALLER_M]
@@ -59,21 +60,21 @@ def sights(
     ahead_m: float,
     behind_m: float,
 ) -> tuple[LaneSight, ...]:
-    """How far each lane is visible without a gap, ahead and behind (m)."""
+    """Return the length of each lane that is visible without a gap, ahead and behind (m)."""
     tall = [body for body, height in hiding if height > TALL_M]
     found = []
     for lane in road.lanes:
-        seen = []
+        visible = []
         for way, most in ((1.0, min(ahead_m, road.end - eye_s)), (-1.0, min(behind_m, eye_s))):
             reach = max(most, 0.0)
             if tall and reach > STEP_M:
                 along = np.arange(STEP_M, reach, STEP_M)
-                x, y = road.places(eye_s + way * along, lane.offset)
+                x, y = road.points_at(eye_s + way * along, lane.offset)
                 hidden = np.zeros(len(along), dtype=bool)
                 for body in tall:
                     hidden |= crosses(eye, x, y, body)
                 first = np.flatnonzero(hidden)
                 reach = float(along[first[0]] - STEP_M) if len(first) else reach
-            seen.append(reach)
-        found.append(LaneSight.model_construct(lane_id=lane.name, ahead_m=seen[0], behind_m=seen[1]))
+            visible.append(reach)
+        found.append(LaneSight.model_construct(lane_id=lane.name, ahead_m=visible[0], behind_m=visible[1]))
     return tuple(found)

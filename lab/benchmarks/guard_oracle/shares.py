@@ -15,16 +15,16 @@ from lab.benchmarks.guard_oracle.scene import number_of
 Place = tuple[int, str, int]
 Done = tuple[int, str, int, list[Row]]
 AHEAD = 8
-"""Scenes that wait or run for each process, so that one long scene leaves none of them idle."""
+"""Number of scenes that wait or run for each process, so that one long scene leaves none of them idle."""
 ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 def scenes_in_order(seed: int, places: Iterator[Place], judge_only: bool, jobs: int) -> Iterator[Done]:
-    """(Place, class, number of the scene, rows) of all scenes, in order, however many processes share them."""
+    """Yield (position, class, number of the scene, rows) of all scenes in order, with any number of processes."""
     if jobs <= 1:
         yield from (_scene(seed, place, judge_only) for place in places)
         return
-    # One process a core: threads of the numerical libraries would only compete.
+    # Each process uses one core: threads of the numerical libraries would only compete.
     os.environ.update(dict.fromkeys(ONE_THREAD, "1"))
     pending: deque[AsyncResult[Done]] = deque()
     with multiprocessing.get_context("spawn").Pool(jobs) as pool:
@@ -37,7 +37,7 @@ def scenes_in_order(seed: int, places: Iterator[Place], judge_only: bool, jobs: 
 
 
 def _scene(seed: int, place: Place, judge_only: bool) -> Done:
-    """Judges and drives all proposals of one scene."""
+    """Judge and drive all proposals of one scene."""
     at, name, k = place
     number = number_of(name, k)
     rows: list[dict[str, Any]] = list(scene_rows(seed, number, judge_only))

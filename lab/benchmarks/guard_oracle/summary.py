@@ -1,4 +1,4 @@
-"""The counts of a campaign by class and by cause, and its contacts: all that is kept of a scene and of a campaign."""
+"""The counts of a campaign by class and by cause, and its contacts: all that is stored of a scene and of a campaign."""
 
 from __future__ import annotations
 
@@ -10,7 +10,10 @@ NOT_EXCUSED = "not excused"
 
 
 def of_scene(place: int, name: str, number: int, rows: list[Row], all_rows: bool) -> Row:
-    """One line of the result file. `all_rows`: keeps every row, not only those with a contact or a line passed."""
+    """Return one line of the result file.
+
+    `all_rows`: store every row, not only those with a contact or a crossed line.
+    """
     counts: Counter[str] = Counter()
     ends: Counter[str] = Counter()
     for row in rows:
@@ -42,7 +45,7 @@ class Summary:
         self.found: list[Row] = []
 
     def add(self, scene: Row) -> None:
-        """Adds a line of the result file."""
+        """Add a line of the result file."""
         self.scenes += 1
         self.driven_s += scene["driven_s"]
         self.counts.update(scene["counts"])
@@ -51,12 +54,12 @@ class Summary:
         self.found += scene.get("found", ())
 
     def causes(self) -> dict[str, int]:
-        """Number of contacts by excuse, the most frequent first."""
+        """Return the number of contacts by excuse, most frequent first."""
         rows = Counter(row["excused"] or NOT_EXCUSED for row in self.found if "contact" in row)
         return dict(rows.most_common())
 
     def brief(self) -> str:
-        """One line of progress."""
+        """Return one line of progress."""
         get = self.counts
         return (
             f"{self.scenes} scenes, {get['driven']} plans driven, {get['excused'] + get[NOT_EXCUSED]} contacts, "
@@ -64,8 +67,10 @@ class Summary:
         )
 
     def data(self) -> Row:
-        """All of it, for a JSON file."""
-        kept = [{key: value for key, value in row.items() if key not in ("accepted", "driven")} for row in self.found]
+        """Return the complete summary for a JSON file."""
+        contacts = [
+            {key: value for key, value in row.items() if key not in ("accepted", "driven")} for row in self.found
+        ]
         return {
             "scenes": self.scenes,
             "driven_s": round(self.driven_s),
@@ -73,5 +78,5 @@ class Summary:
             "causes": self.causes(),
             "classes": {name: dict(counts) for name, counts in self.classes.items()},
             "ends": dict(self.ends),
-            "found": kept,
+            "found": contacts,
         }

@@ -1,4 +1,4 @@
-"""Checks whether binding lines are crossed and rails are stood on."""
+"""Checks whether binding lines are crossed, and whether the ego stops on rails."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from lab.benchmarks.guard_oracle.world import World
 from stucksolver.scene import ControlKind, LightState, ZoneKind
 
 STOPPED_MPS, AT_THE_LINE_M = 0.3, 6.0
-"""A vehicle that stood within this distance before a line has stopped at it."""
+"""Speed of a stop (m/s) and the distance before a line within which it counts as a stop at the line (m). Ours."""
 MISSED_M = 0.3
-"""A line counts as crossed beyond this distance."""
+"""Distance beyond which a line counts as crossed (m). Ours."""
 
 
 class Watch:
-    """Watches whether lines are crossed and rails are stood on."""
+    """Detects crossed lines and stops on rails."""
 
     def __init__(self, world: World) -> None:
         self.world = world
@@ -27,7 +27,7 @@ class Watch:
         rear, front, _, _ = self.world.ego_span()
         return rear < end and front - MISSED_M > start
 
-    def look(self) -> None:
+    def update(self) -> None:
         world, front = self.world, self.world.ego_span()[1]
         for k, control in enumerate(world.setting.controls):
             room = control.line - front
@@ -51,7 +51,10 @@ class Watch:
             self.missed.append(what)
 
     def _binds(self, control: Control, stopped: bool) -> bool:
-        """Is it forbidden to pass? A stop sign and a dark light bind only until the vehicle has stopped at them."""
+        """True if passing is forbidden.
+
+        A stop sign and a dark light bind only until the vehicle has stopped at them.
+        """
         front = self.world.ego_span()[1]
         if not control.line - front < control.seen_from:
             return False

@@ -1,4 +1,4 @@
-"""A running scene: the ego and the others on their road, and what perception would report about them."""
+"""A running scene: the ego and the others on their road, and the report of perception about them."""
 
 from __future__ import annotations
 
@@ -17,10 +17,11 @@ from stucksolver.scene import EgoState, RoadGeometry, Surroundings, TrackedObjec
 DT = 0.05
 """Tick of the stack, and time step of the simulation (s)."""
 APART_M = 0.35
-"""Scenes in which the ego starts closer than this to anyone are discarded."""
+"""Initial gap below which a scene is discarded (m). Ours."""
 AT_REST_MPS = 0.1
+"""Speed below which a vehicle counts as stopped (m/s)."""
 ANSWERS_S, HARD_MPS2 = 0.5, 6.0
-"""Reaction time and deceleration of someone who must stop."""
+"""Reaction time (s) and deceleration (m/s²) of a road user that must stop."""
 
 
 class World:
@@ -30,7 +31,7 @@ class World:
         self.setting = setting
         self.road = setting.road
         self.geometry: RoadGeometry = geometry_of(setting)
-        x, y, heading = self.road.place(setting.ego_s, setting.ego_d)
+        x, y, heading = self.road.point_at(setting.ego_s, setting.ego_d)
         self.ego = Ego(x, y, heading + setting.ego_yaw, setting.ego_speed, manner)
         self.t = 0.0
         self.ego_stood = 30.0 if setting.ego_speed < AT_REST_MPS else 0.0
@@ -38,7 +39,7 @@ class World:
         self.begun = False
         self._s, self._d = setting.ego_s, setting.ego_d
         self.through: set[str] = set()
-        """Names of those who have driven through another actor: the others ignore each other."""
+        """Names of road users that have driven through another actor: the others ignore each other."""
         self._corners: list[tuple[float, float]] = []
         self._locate()
         for other in self.others:
@@ -50,7 +51,7 @@ class World:
             for zone in self.geometry.zones
         )
         self.led_from_rails = on_rails and manner.follows and math.isfinite(self._leader()[0])
-        """Does the drive start on rails, behind a vehicle that the stack follows?"""
+        """True if the drive starts on rails, behind a vehicle that the stack follows."""
 
     @property
     def ego_s(self) -> float:
@@ -73,7 +74,10 @@ class World:
         return min(s for s, _ in part) if len(part) > 2 else None
 
     def is_possible(self) -> bool:
-        """Does no one start in contact, or behind us at a speed with which they could not have got there?"""
+        """True if no road user starts in contact, or behind the ego at an impossible speed.
+
+        Such a road user could not have reached its position at that speed.
+        """
         body = self.ego_body()
         if any(distance(body, o.body) < APART_M for o in self.others):
             return False
@@ -83,7 +87,7 @@ class World:
         return not any(isinstance(o, AlongLane) and o.was_behind and o.is_too_near(self) for o in self.others)
 
     def step(self, order: Directive) -> None:
-        """Advances everyone by one tick."""
+        """Advance all road users by one tick."""
         room, ahead = self._leader() if self.ego.manner.follows else (math.inf, 0.0)
         self.ego.obey(order, self.t, DT, room, ahead)
         self._locate()
@@ -100,23 +104,23 @@ class World:
                     self.through |= {each.name for each in (item, other) if math.hypot(each.vx, each.vy) > AT_REST_MPS}
 
     def sees(self, other: Other) -> bool:
-        """Is someone in sight of the ego?"""
+        """True if a road user is in sight of the ego."""
         reach = max(self.setting.ahead_m, 60.0) if self.setting.reach_m is None else self.setting.reach_m
         return in_sight((self.ego.x, self.ego.y), other, self._hiding(), reach)
 
     def _hiding(self) -> list[tuple[Body, float]]:
-        """Bodies that may hide others, and their heights (m)."""
+        """Return bodies that may hide others, and their heights (m)."""
         return [(o.body, o.height) for o in self.others] + self.setting.walls
 
     def surroundings(self) -> Surroundings:
-        """What perception reports now."""
+        """Return the present report of perception."""
         setting, ego = self.setting, self.ego
-        eye, seen = (ego.x, ego.y), []
+        eye, visible = (ego.x, ego.y), []
         for other in self.others:
             if self.sees(other):
                 if other.seen_at is None:
                     other.seen_at = self.t
-                seen.append(tracked(other, self.t))
+                visible.append(tracked(other, self.t))
         front = self.ego_span()[1]
         return Surroundings.model_construct(
             frame=round(self.t / DT),
@@ -131,7 +135,7 @@ class World:
                 width_m=WIDTH_M,
                 limits=LIMITS,
             ),
-            objects=tuple(seen),
+            objects=tuple(visible),
             controls=tuple(
                 TrafficControl(kind=c.kind, distance_m=c.line - front, applies=True, state=c.state(self.t))
                 for c in setting.controls
@@ -142,11 +146,11 @@ class World:
         )
 
     def touched(self) -> Other | None:
-        """The first of the others that the ego touches."""
+        """Return the first of the others that the ego touches."""
         return next(iter(self.all_touched()), None)
 
     def all_touched(self) -> Iterator[Other]:
-        """All others that the ego touches."""
+        """Yield all others that the ego touches."""
         body = self.ego_body()
         near = (o for o in self.others if body.within(o.body, 0.0))
         return (o for o in near if body.polygon().intersects(o.body.polygon()))
@@ -158,7 +162,7 @@ class World:
     def _locate(self) -> None:
         ego = self.ego
         self._s, self._d = self.road.find(ego.x, ego.y, self._s)
-        _, _, heading = self.road.place(self._s)
+        _, _, heading = self.road.point_at(self._s)
         c, n = math.cos(ego.yaw - heading), math.sin(ego.yaw - heading)
         a, b = LENGTH_M / 2, WIDTH_M / 2
         self._corners = [
@@ -167,7 +171,7 @@ class World:
         ]
 
     def _leader(self) -> tuple[float, float]:
-        """Gap (m) to the next one in front of us that moves, or moved, in our direction, and its speed (m/s)."""
+        """Return the gap to the next vehicle ahead that moves, or moved, in the ego's direction (m), and its speed."""
         front = self.ego_span()[1]
         right, left = sorted(d for _, d in self._corners[:2])
         found = (math.inf, 0.0)
@@ -185,18 +189,18 @@ LIMITS = EgoState.model_fields["limits"].get_default()
 
 
 def geometry_of(setting: Setting) -> RoadGeometry:
-    """The description of a scene's road, created once."""
+    """Return the description of a scene's road, created once."""
     known: Any = getattr(setting.road, "_told", None)
     if known is None:
         known = setting.road.geometry()
         setting.road._told = known  # type: ignore[attr-defined]
-    told: RoadGeometry = known
-    return told
+    geometry: RoadGeometry = known
+    return geometry
 
 
 def tracked(other: Other, t: float) -> TrackedObject:
-    """One of the others as a perfect tracker reports it."""
-    seen = t - (other.seen_at or 0.0)
+    """Return one of the others in the report of a perfect tracker."""
+    visible_s = t - (other.seen_at or 0.0)
     return TrackedObject.model_construct(
         id=other.name,
         kind=other.kind,
@@ -211,7 +215,7 @@ def tracked(other: Other, t: float) -> TrackedObject:
         stationary_s=other.stood,
         moved_s_ago=other.moved_ago,
         pushed=False,
-        seen_for_s=10.0 + seen,
+        seen_for_s=10.0 + visible_s,
         kind_confidence=0.95,
         hazard_lights=other.hazard,
         emergency_lights=None,
@@ -220,7 +224,7 @@ def tracked(other: Other, t: float) -> TrackedObject:
 
 
 def clipped(points: list[tuple[float, float]], border: float, keeps: int) -> list[tuple[float, float]]:
-    """A polygon in (s, d), cut at an offset; keeps the part to its left with +1, to its right with -1."""
+    """Return a polygon in (s, d), cut at an offset: +1 leaves the part to its left, -1 the part to its right."""
     found = []
     for k, here in enumerate(points):
         before = points[k - 1]

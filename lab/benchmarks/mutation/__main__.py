@@ -1,12 +1,14 @@
 """Mutation testing of the guard and of the execution of plans.
 
-    python3.12 -m lab.benchmarks.mutation run --out OUT
-    python3.12 -m lab.benchmarks.mutation page OUT/mutants.tsv
+```
+python3.12 -m lab.benchmarks.mutation run --out OUT
+python3.12 -m lab.benchmarks.mutation page OUT/mutants.tsv
+```
 
 The first command changes one operator, bound, condition or early return at a time, and runs the tests that reach it
-until one fails; tests marked `slow` are left out. Run again with the same folder it goes on where it was stopped. The
-second one writes `results/mutation.md` and `results/mutation/mutants.tsv`. Both need only the core's packages, pytest
-and hypothesis.
+until one fails; tests marked `slow` are left out. A second run with the same folder continues at the stop of the first
+one. The second command writes `results/mutation.md` and `results/mutation/mutants.tsv`. Both require only the core's
+packages, pytest and hypothesis.
 """
 
 from __future__ import annotations
@@ -22,11 +24,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="lab.benchmarks.mutation", description=(__doc__ or "").split("\n", 1)[0])
     commands = parser.add_subparsers(dest="command", required=True)
     run = commands.add_parser("run", help="run mutants")
-    run.add_argument("--out", type=Path, required=True, help="folder of the results; what is in it is not run again")
+    run.add_argument("--out", type=Path, required=True, help="folder of the results; mutants in it are not run again")
     run.add_argument("--processes", type=int, default=len(os.sched_getaffinity(0)), help="mutants at the same time")
     run.add_argument("--limit-s", type=float, default=20.0, help="CPU time of the tests of one mutant (default: 20)")
     run.add_argument("--for-s", type=float, default=float("inf"), help="begin no mutant after this time")
-    run.add_argument("--sample", type=int, default=0, help="only so many mutants, drawn at random")
+    run.add_argument("--sample", type=int, default=0, help="maximum number of mutants, drawn at random")
     run.add_argument("--again", action="store_true", help="run survivors once more, after tests were added")
     run.add_argument(
         "--file", action="append", default=[], help="only this file, as guard/path_checks.py; may be repeated"
@@ -48,7 +50,9 @@ def main() -> None:
         write_page(options.results)
         return
     if not hasattr(sys, "monitoring"):
-        raise SystemExit("error: needs Python 3.12, whose monitoring finds cheaply which tests reach a line")
+        raise SystemExit(
+            "error: unsupported Python version. Use Python 3.12: its monitoring finds cheaply which tests reach a line"
+        )
     from lab.benchmarks.mutation.session import prepare
 
     prepare()

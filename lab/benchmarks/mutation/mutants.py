@@ -35,13 +35,13 @@ SWAPPED = {
     **{"min": "max", "max": "min", "minimum": "maximum", "maximum": "minimum", "any": "all", "all": "any"},
     **{"floor": "ceil", "ceil": "floor", "argmin": "argmax", "argmax": "argmin", "cos": "sin", "sin": "cos"},
 }
-"""Functions and methods that take the other one's place."""
+"""Functions and methods by their replacements."""
 TEXTS = frozenset({"detail", "text", "why", "description"})
-"""Arguments that are read by people: a change of them changes no decision."""
+"""Arguments that people read. A change of them changes no decision."""
 TELLS = frozenset({"tell", "tell_fault", "tell_words", "ask_person"})
 """Methods whose arguments are mostly text."""
 MORE, LESS = 1.25, 0.8
-"""Factors by which a named bound is made larger and smaller."""
+"""Factors by which a named bound is made larger and smaller. Ours."""
 
 
 @dataclass(frozen=True)
@@ -52,10 +52,10 @@ class Mutant:
         line: Number of its line.
         start: Offset of the replaced text (bytes).
         end: Offset of its end (bytes).
-        new: The text that takes its place.
-        kind: What was changed, in a word.
+        new: The replacement.
+        kind: The kind of change, in a word.
         lines: First and last line of the smallest statement around it (of its head, if it has a body).
-        name: The constant or field that it defines, if it stands outside of functions.
+        name: The constant or field that it defines, outside of functions.
         imports: True if it takes effect when the module is imported.
     """
 
@@ -86,7 +86,7 @@ def _shown(code: str) -> str:
 
 
 def mutants_of(source: bytes) -> list[Mutant]:
-    """Return the mutants of a source file, in the order of their places."""
+    """Return the mutants of a source file, in the order of their positions."""
     finder = _Finder(source)
     finder.visit(ast.parse(source))
     return sorted(set(finder.found), key=lambda mutant: (mutant.start, mutant.end, mutant.new))
@@ -102,7 +102,7 @@ class _Finder(ast.NodeVisitor):
         self._name: str | None = None
         self.found: list[Mutant] = []
 
-    # ---- places
+    # ---- positions
 
     def _span(self, node: ast.expr | ast.stmt) -> tuple[int, int]:
         assert node.end_lineno is not None and node.end_col_offset is not None
@@ -129,25 +129,25 @@ class _Finder(ast.NodeVisitor):
         if found:
             self._add(first + found.start(), first + found.end(), new, kind)
 
-    # ---- what is left out
+    # ---- omitted code
 
     def visit_JoinedStr(self, node: ast.JoinedStr) -> None:
-        """Text for people."""
+        """Skip text for people."""
 
     def visit_Raise(self, node: ast.Raise) -> None:
-        """An error's text."""
+        """Skip an error's text."""
 
     def visit_Assert(self, node: ast.Assert) -> None:
-        """What a type checker cannot see."""
+        """Skip an assertion, which only informs the type checker."""
 
     def visit_Import(self, node: ast.Import) -> None:
-        """No operator."""
+        """Skip an import: it has no operator."""
 
     def visit_ImportFrom(self, node: ast.ImportFrom) -> None:
-        """No operator."""
+        """Skip an import: it has no operator."""
 
     def visit_keyword(self, node: ast.keyword) -> None:
-        """Arguments, but for those that people read."""
+        """Visit arguments, except those that people read."""
         if node.arg not in TEXTS:
             self.generic_visit(node)
 
@@ -166,7 +166,7 @@ class _Finder(ast.NodeVisitor):
         self._statement = before
 
     def visit_FunctionDef(self, node: ast.FunctionDef) -> None:
-        """The body; defaults of arguments belong to the code around."""
+        """Visit the body; defaults of arguments belong to the code around."""
         for default in (*node.args.defaults, *(item for item in node.args.kw_defaults if item)):
             self.visit(default)
         before, self._function = self._function, True
@@ -176,23 +176,23 @@ class _Finder(ast.NodeVisitor):
         self._function, self._name = before, name
 
     def visit_Lambda(self, node: ast.Lambda) -> None:
-        """A function as well."""
+        """Visit a function as well."""
         before, self._function = self._function, True
         self.visit(node.body)
         self._function = before
 
     def visit_ClassDef(self, node: ast.ClassDef) -> None:
-        """Fields and methods."""
+        """Visit fields and methods."""
         for statement in node.body:
             self.visit(statement)
 
     def visit_Assign(self, node: ast.Assign) -> None:
-        """A constant, outside of functions; else its value."""
+        """Visit a constant outside of functions; otherwise its value."""
         target = node.targets[0]
         self._define(target.id if isinstance(target, ast.Name) else None, node.value)
 
     def visit_AnnAssign(self, node: ast.AnnAssign) -> None:
-        """The same without the annotation."""
+        """Visit the same without the annotation."""
         if node.value is not None:
             self._define(node.target.id if isinstance(node.target, ast.Name) else None, node.value)
 
@@ -243,7 +243,7 @@ class _Finder(ast.NodeVisitor):
         return strings or any(isinstance(item, ast.BitOr) for item in inner)
 
     def visit_If(self, node: ast.If) -> None:
-        """An early return that is never taken; a condition that is the other way round."""
+        """Disable an early return; negate a condition."""
         if not node.orelse and isinstance(node.body[-1], ast.Return | ast.Continue | ast.Break):
             self._replace(node.test, "False", "early return")
         self._condition(node.test)
@@ -251,13 +251,13 @@ class _Finder(ast.NodeVisitor):
             self.visit(statement)
 
     def visit_While(self, node: ast.While) -> None:
-        """A condition."""
+        """Negate a condition."""
         self._condition(node.test)
         for statement in node.body:
             self.visit(statement)
 
     def visit_IfExp(self, node: ast.IfExp) -> None:
-        """The two branches change places."""
+        """Swap the two branches."""
         self._replace(node.test, f"not ({self._text(node.test)})", "branches swapped")
         self.generic_visit(node)
 
@@ -267,7 +267,7 @@ class _Finder(ast.NodeVisitor):
         self.visit(test)
 
     def visit_AugAssign(self, node: ast.AugAssign) -> None:
-        """The statement is left out, or its operator is another."""
+        """Omit the statement, or replace its operator."""
         self._replace(node, "None", "left out")
         pair = ARITHMETIC.get(type(node.op))
         if pair is not None:
@@ -275,7 +275,7 @@ class _Finder(ast.NodeVisitor):
         self.visit(node.value)
 
     def visit_Expr(self, node: ast.Expr) -> None:
-        """A call for its effect is left out."""
+        """Omit a call for its effect."""
         if not isinstance(node.value, ast.Call):
             if not isinstance(node.value, ast.Constant):
                 self.generic_visit(node)
@@ -285,7 +285,7 @@ class _Finder(ast.NodeVisitor):
             self.generic_visit(node)
 
     def visit_Return(self, node: ast.Return) -> None:
-        """Elements of a ranking change places."""
+        """Swap elements of a ranking."""
         if isinstance(node.value, ast.Tuple):
             parts = node.value.elts
             for part, other in itertools.pairwise(parts):
@@ -297,7 +297,7 @@ class _Finder(ast.NodeVisitor):
     # ---- expressions
 
     def visit_Compare(self, node: ast.Compare) -> None:
-        """Another comparison."""
+        """Replace the comparison."""
         operands = [node.left, *node.comparators]
         for left, right, operator in zip(operands[:-1], operands[1:], node.ops, strict=True):
             pattern, others = COMPARISONS[type(operator)]
@@ -306,7 +306,7 @@ class _Finder(ast.NodeVisitor):
         self.generic_visit(node)
 
     def visit_BinOp(self, node: ast.BinOp) -> None:
-        """Another operator."""
+        """Replace the operator."""
         pair = ARITHMETIC.get(type(node.op))
         text = any(isinstance(item, ast.JoinedStr) or self._is_string(item) for item in (node.left, node.right))
         if pair is not None and not text and (self._function or not isinstance(node.op, ast.BitOr)):
@@ -318,7 +318,7 @@ class _Finder(ast.NodeVisitor):
         return isinstance(node, ast.Constant) and isinstance(node.value, str)
 
     def visit_BoolOp(self, node: ast.BoolOp) -> None:
-        """The other operator, or one operand less."""
+        """Replace the operator, or drop one operand."""
         pattern, new = ("and", "or") if isinstance(node.op, ast.And) else ("or", "and")
         for left, right in zip(node.values[:-1], node.values[1:], strict=True):
             self._between(left, right, pattern, new, "and/or")
@@ -327,14 +327,14 @@ class _Finder(ast.NodeVisitor):
         self.generic_visit(node)
 
     def visit_UnaryOp(self, node: ast.UnaryOp) -> None:
-        """Without its sign."""
+        """Remove the sign."""
         if not (isinstance(node.op, ast.UAdd)):
             self._replace(node, f"({self._text(node.operand)})", "sign")
         if not isinstance(node.operand, ast.Constant):
             self.generic_visit(node)
 
     def visit_Call(self, node: ast.Call) -> None:
-        """The opposite function; `abs` left out."""
+        """Use the opposite function; omit `abs`."""
         name = node.func.id if isinstance(node.func, ast.Name) else getattr(node.func, "attr", "")
         if name in SWAPPED:
             last = self._span(node.func)[1]
@@ -347,7 +347,7 @@ class _Finder(ast.NodeVisitor):
             self.generic_visit(node)
 
     def visit_Constant(self, node: ast.Constant) -> None:
-        """Another number; the other truth value."""
+        """Replace the number or the truth value."""
         value = node.value
         if isinstance(value, bool):
             self._replace(node, str(not value), "constant")
@@ -357,13 +357,13 @@ class _Finder(ast.NodeVisitor):
             self._replace(node, repr(value * MORE) if value else "1.0", "constant")
 
     def visit_Subscript(self, node: ast.Subscript) -> None:
-        """Indices; types in brackets are no numbers."""
+        """Visit indices; types in brackets are no numbers."""
         self.visit(node.value)
         self.visit(node.slice)
 
 
 def reads(source: bytes) -> Iterator[tuple[str, tuple[int, int]]]:
-    """Yield each name and field that a source reads, with the first and the last line of the statement that does."""
+    """Yield each name and field that a source reads, with the first and the last line of its statement."""
     for statement in ast.walk(ast.parse(source)):
         if not isinstance(statement, ast.stmt):
             continue

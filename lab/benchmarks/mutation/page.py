@@ -11,7 +11,7 @@ from lab.benchmarks.mutation.run import ROOT, all_mutants, sources
 from lab.benchmarks.mutation.session import is_general
 
 PAGE = ROOT / "results" / "mutation.md"
-KEPT = ROOT / "results" / "mutation" / "mutants.tsv"
+STORED = ROOT / "results" / "mutation" / "mutants.tsv"
 BOUNDARY = "boundary"
 MEANINGS = {
     "arithmetic": "another operator between two numbers or masks",
@@ -34,15 +34,15 @@ MEANINGS = {
 
 
 def write_page(found: Path) -> None:
-    """Write the page, and keep the results beside it. Results of lines that are no longer there are left out."""
+    """Write the page, and store the results next to it. Results of lines that no longer exist are left out."""
     results = read(found)
     files = sources()
     listed = {(name, mutant.line, mutant.kind, mutant.change(files[name])) for name, mutant in all_mutants(files)}
-    kept = [result for result in results if result.key in listed]
-    if not kept:
-        raise SystemExit(f"error: no result in {found} belongs to a line of the present sources")
-    write(KEPT, kept)
-    PAGE.write_text(page(kept, len(listed), len(results) - len(kept)), encoding="utf-8")
+    present = [result for result in results if result.key in listed]
+    if not present:
+        raise SystemExit(f"error: no result belongs to a line of the present sources: {found}. Run the mutants again")
+    write(STORED, present)
+    PAGE.write_text(page(present, len(listed), len(results) - len(present)), encoding="utf-8")
 
 
 def page(results: list[Result], listed: int, outdated: int) -> str:

@@ -1,4 +1,4 @@
-"""Puts a changed source in the place of a module: in the running process, or before it is imported."""
+"""Replaces the source of a module: in the running process, or before it is imported."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Key = tuple[str, str, int]
 
 
 class Functions:
-    """All functions of the process, by the place of their code."""
+    """All functions of the process, by the position of their code."""
 
     def __init__(self) -> None:
         self._found: dict[Key, list[FunctionType]] = defaultdict(list)
@@ -28,7 +28,7 @@ class Functions:
                 self._caches.append(obj)
 
     def change(self, file: str, before: bytes, after: bytes) -> int:
-        """Give the functions of a file the code of a changed source. Returns how many changed."""
+        """Give the functions of a file the code of a changed source; return how many changed."""
         changed = 0
         old, new = (compile(source, file, "exec", dont_inherit=True) for source in (before, after))
         for was, now in _pairs(old, new):
@@ -46,7 +46,7 @@ def _key(code: CodeType) -> Key:
 
 
 def _pairs(old: CodeType, new: CodeType) -> Iterator[tuple[CodeType, CodeType]]:
-    """Yield the outermost functions, before and after, whose code is not the same."""
+    """Yield the outermost functions, before and after, whose code differs."""
     inner = ([const for const in code.co_consts if isinstance(const, CodeType)] for code in (old, new))
     for was, now in zip(*inner, strict=True):
         if was == now:
@@ -86,5 +86,5 @@ class _Loader(importlib.machinery.SourceFileLoader):
 
 
 def import_instead(file: Path, source: bytes) -> None:
-    """Have a module imported from a changed source. It must not have been imported yet."""
+    """Import a module from a changed source. It must not have been imported yet."""
     sys.meta_path.insert(0, Instead(file, source))

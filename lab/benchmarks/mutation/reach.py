@@ -1,4 +1,4 @@
-"""Finds which tests reach which lines of the product, and what each costs."""
+"""Finds the tests that reach each line of the product, and the CPU time of each test."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ import pytest
 from lab.benchmarks.mutation.session import Job, Session, in_forks, is_general, say
 
 CHUNK = 12
-"""Tests of one file that run in the same process."""
+"""Number of tests of one file that run in the same process. Ours."""
 LONGEST_S = 900.0
-"""No chunk takes longer, in CPU time."""
+"""Longest CPU time of a chunk (s). Ours."""
 
 
 @dataclass
 class Reach:
-    """Which tests reach which lines.
+    """Tests that reach each line.
 
     Attributes:
         took_s: CPU time of each test that passes, by its index (s).
         lines: Indices of the tests that reach a line, by file and line.
-        left_out: Tests that do not pass without a change, and why.
+        left_out: Tests that do not pass without a change, and the reason.
     """
 
     took_s: dict[int, float] = field(default_factory=dict)
@@ -44,12 +44,12 @@ class Reach:
         return found
 
     def in_order(self, tests: Iterable[int], names: list[str]) -> list[int]:
-        """Return tests in the order in which they run: those that state a promise first, the quick ones first."""
+        """Return tests in their running order: first those that state a promise, and the quick ones first."""
         return sorted(tests, key=lambda k: (is_general(names[k]), round(self.took_s[k], 2), k))
 
 
 class Lines:
-    """Records the lines of a folder that run, each once for each test (PEP 669)."""
+    """Records the lines of a folder that run, each once per test (PEP 669)."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = str(folder) + os.sep
@@ -63,19 +63,19 @@ class Lines:
         return self._monitoring.DISABLE
 
     def start(self) -> None:
-        """Begin to record."""
+        """Start the recording."""
         self._monitoring.use_tool_id(self._tool, "mutation")
         self._monitoring.register_callback(self._tool, self._monitoring.events.LINE, self._line)
         self._monitoring.set_events(self._tool, self._monitoring.events.LINE)
 
     def afresh(self) -> None:
-        """Forget the lines, and record each once more."""
+        """Drop the lines, and record each once more."""
         self.found = set()
         self._monitoring.restart_events()
 
 
 def reach_of(items: list[pytest.Item], session: Session, root: Path, processes: int) -> Reach:
-    """Run every test once, without a change, and return what it reaches. `root`: the folder of the sources."""
+    """Run every test once, without a change, and return the reached lines. `root`: the folder of the sources."""
     chunks: list[list[int]] = []
     for k, item in enumerate(items):
         if chunks and len(chunks[-1]) < CHUNK and items[chunks[-1][-1]].path == item.path:

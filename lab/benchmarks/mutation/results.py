@@ -12,12 +12,12 @@ KILLED, SURVIVED, UNREACHED = "killed", "survived", "unreached"
 
 @dataclass(frozen=True)
 class Result:
-    """How a mutant ended.
+    """The result of a mutant.
 
     Attributes:
         file: Its file, below `packages/stucksolver/src/stucksolver`.
         line: Its line.
-        kind: What was changed, in a word.
+        kind: The kind of change, in a word.
         change: The line before and after.
         outcome: `killed`, `survived`, or `unreached` if no test runs its line.
         by: The test that failed, or `time` if the tests no longer ended.
@@ -38,7 +38,7 @@ class Result:
 
     @property
     def key(self) -> tuple[str, int, str, str]:
-        """What tells a mutant from all others."""
+        """Values that distinguish a mutant from all others."""
         return self.file, self.line, self.kind, self.change
 
 
@@ -66,7 +66,7 @@ def line_of(result: Result) -> str:
 
 
 def write(path: Path, results: Iterable[Result]) -> None:
-    """Write a whole file, sorted by place."""
+    """Write a whole file, sorted by position."""
     path.parent.mkdir(parents=True, exist_ok=True)
     text = "".join(
         line_of(result)

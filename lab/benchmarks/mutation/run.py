@@ -23,31 +23,36 @@ from lab.benchmarks.mutation.results import KILLED, SURVIVED, UNREACHED, Result
 from lab.benchmarks.mutation.session import SLACK_S, SLOWER, Ended, Job, Session, collect, in_forks, say, short
 
 ROOT = Path(__file__).resolve().parents[3]
+"""Root of the repository."""
 SOURCES = ROOT / "packages" / "stucksolver" / "src" / "stucksolver"
 MACHINE = ("execution", "plan_lifecycle", "pending_transition", "gap_wait", "minimal_risk")
-"""What executes a plan, in `solver/state_machine`."""
+"""Modules in `solver/state_machine` that execute a plan."""
 LIKELY = 8
-"""So many tests that killed most mutants of a file run first on its others."""
+"""Number of tests that run first: those that killed most other mutants of the file. Ours."""
 FIRST = 40
-"""A change that needs an import of its own is first run against this many tests, and only their files are imported."""
+"""Number of tests against which a change with its own import is first run. Ours.
+
+Only the files of these tests are imported.
+"""
 NO_CHANGE = -1
+"""Index that reports a change without an effect in memory."""
 IMPORTS_S = 60.0
-"""CPU time that the import and the collection may take."""
+"""Limit of the CPU time of the import and the collection (s). Ours."""
 
 
 @dataclass(frozen=True)
 class Options:
-    """What to run.
+    """Options of a run.
 
     Attributes:
-        out: Folder of the results and of what tests reach.
-        processes: Mutants that run at the same time.
-        limit_s: Once a mutant's tests have taken this much CPU time, in the run without a change, no more follow.
-        for_s: No mutant begins after this time (s).
-        sample: Run only so many, drawn at random; 0 for all.
+        out: Folder of the results and of the lines that tests reach.
+        processes: Number of mutants that run at the same time.
+        limit_s: CPU time of a mutant's tests, in the run without a change, after which no more tests follow (s).
+        for_s: Time after which no mutant begins (s).
+        sample: Maximum number of mutants, drawn at random; 0 for all.
         again: Run survivors again.
-        files: Only these, below `packages/stucksolver/src/stucksolver`; all if empty.
-        tests: Where the tests are.
+        files: Only these files, below `packages/stucksolver/src/stucksolver`; all if empty.
+        tests: Folder of the tests.
     """
 
     out: Path
@@ -69,7 +74,7 @@ def sources(files: Iterable[str] = ()) -> dict[str, bytes]:
     wanted = set(files)
     names = {str(path.relative_to(SOURCES)): path for path in found}
     if wanted - set(names):
-        raise SystemExit(f"error: not among the files to be changed: {', '.join(sorted(wanted - set(names)))}")
+        raise SystemExit(f"error: no such file among those to be changed: {', '.join(sorted(wanted - set(names)))}")
     return {name: path.read_bytes() for name, path in names.items() if not wanted or name in wanted}
 
 
@@ -93,7 +98,7 @@ class Run:
         self._killers: dict[str, Counter[int]] = defaultdict(Counter)
 
     def run(self) -> None:
-        """Run everything. What was finished in the same folder before is not run again."""
+        """Run everything. Finished parts in the same folder are not run again."""
         self._options.out.mkdir(parents=True, exist_ok=True)
         # The first part runs in a fork, so that this process never imports the modules that are changed.
         pid = os.fork()
@@ -105,13 +110,13 @@ class Run:
             finally:
                 os._exit(code)
         if os.waitpid(pid, 0)[1]:
-            raise SystemExit("error: the tests cannot be collected; run pytest on them alone")
+            raise SystemExit("error: the tests cannot be collected. Run pytest on them alone")
         self._reach, self._names = pickle.loads(self._reach_path.read_bytes())
         todo = [(file, item) for file, item in self._todo() if item.imports]
         say(f"{len(todo)} changes of constants and defaults")
         self._keep(todo, self._cold)
 
-    # ---- which
+    # ---- selection
 
     def _todo(self) -> list[tuple[str, Mutant]]:
         found = all_mutants(self._files)
@@ -127,7 +132,7 @@ class Run:
     def _in_time(self, todo: list[tuple[str, Mutant]]) -> Iterator[tuple[str, Mutant]]:
         for item in todo:
             if time.monotonic() > self._until_s:
-                say("the time is over; the same command goes on from here")
+                say("the time is over. The same command continues")
                 return
             yield item
 
@@ -135,7 +140,7 @@ class Run:
         """Return the tests that reach a change, in order."""
         if not mutant.imports:
             found = self._reach.tests(file, [mutant.lines])
-            # What noticed other changes of this file often notices this one as well.
+            # A test that detected other changes of this file often detects this one as well.
             likely = [k for k, _ in self._killers[file].most_common(LIKELY) if k in found]
             return [*likely, *self._reach.in_order(found - set(likely), self._names)]
         if mutant.name is None:
@@ -146,7 +151,7 @@ class Run:
 
     @cached_property
     def _readers(self) -> dict[str, set[tuple[str, tuple[int, int]]]]:
-        """The statements that read a name or a field."""
+        """Statements that read a name or a field."""
         found: dict[str, set[tuple[str, tuple[int, int]]]] = defaultdict(set)
         for path in SOURCES.rglob("*.py"):
             for name, lines in reads(path.read_bytes()):
@@ -154,7 +159,7 @@ class Run:
         return found
 
     def _cut(self, tests: list[int]) -> tuple[list[int], float]:
-        """Return the tests that fit into the limit, and the CPU time that they may take (s)."""
+        """Return the tests within the limit, and the CPU time that they may take (s)."""
         total = 0.0
         some: list[int] = []
         for k in tests:
@@ -199,7 +204,7 @@ class Run:
         self._reach_path.write_bytes(pickle.dumps((self._reach, self._names)))
 
     def _unreliable(self, items: list[pytest.Item]) -> list[int]:
-        """Run all tests once more without a change, in the order and the way of mutants, and return those that fail."""
+        """Run all tests once more without a change, in the order and the way of mutants; return those that fail."""
         order = self._reach.in_order(self._reach.took_s, self._names)
         parts = max(len(order) // 40, 1)
         found = []
@@ -223,7 +228,7 @@ class Run:
                 return
 
     def _warm(self, file: str, mutant: Mutant, items: list[pytest.Item], functions: Functions) -> Job:
-        """A job that changes functions of this process's fork, and runs tests that were collected already."""
+        """Return a job that changes functions in this process's fork, and runs tests that were collected already."""
         tests = self._tests(file, mutant)
         some, cpu_s = self._cut(tests)
 
@@ -232,6 +237,7 @@ class Run:
             try:
                 changed = functions.change(str(SOURCES / file), source, mutant.applied(source))
             except SyntaxError as error:
+                # The changed source does not compile; the result says so.
                 changed = 0
                 yield [NO_CHANGE, str(error), 0.0]
             if not changed:
@@ -244,7 +250,7 @@ class Run:
     # ---- constants and defaults: a process that has imported nothing yet
 
     def _cold(self, file: str, mutant: Mutant) -> Job:
-        """A job that imports a changed source, then collects and runs tests."""
+        """Return a job that imports a changed source, then collects and runs tests."""
         tests = self._tests(file, mutant)
         some, cpu_s = self._cut(tests)
 
@@ -254,16 +260,19 @@ class Run:
             for part in (some[:FIRST], some[FIRST:]):
                 if not part:
                     return
-                told = self._imported(part)
-                yield from told
-                if told[-1][1] == "failed":
+                messages = self._imported(part)
+                yield from messages
+                if messages[-1][1] == "failed":
                     return
 
         return Job((file, mutant, len(tests), len(some)), work, cpu_s + IMPORTS_S)
 
     def _imported(self, tests: list[int]) -> list[list[Any]]:
-        """Collect the files of these tests and run the tests. A file that cannot be imported is a failed test."""
-        told: list[list[Any]] = []
+        """Collect the files of these tests and run the tests.
+
+        A file that cannot be imported counts as a failed test.
+        """
+        messages: list[list[Any]] = []
 
         def serve(items: list[pytest.Item]) -> None:
             by_name = {short(item): item for item in items}
@@ -271,7 +280,7 @@ class Run:
             places = [k for k in tests if self._names[k] in by_name]
             for k, item, after in zip(places, wanted, [*wanted[1:], None], strict=True):
                 outcome, took_s = session.run(item, after)
-                told.append([k, outcome, took_s])
+                messages.append([k, outcome, took_s])
                 if outcome == "failed":
                     return
 
@@ -283,7 +292,7 @@ class Run:
             else str(Path(self._options.tests[0]).parent)
         )
         collect([str(Path(folder) / file) for file in files], session)
-        return told or [[tests[0], "failed", 0.0]]
+        return messages or [[tests[0], "failed", 0.0]]
 
     # ---- results
 
@@ -291,7 +300,7 @@ class Run:
         """Run mutants and add the result of each to the file at once."""
         counts: Counter[str] = Counter()
         began = time.monotonic()
-        # No process is needed for a line that no test reaches.
+        # A line that no test reaches requires no process.
         dead = [(file, item) for file, item in todo if not self._tests(file, item)]
         nobody = set(map(id, (item for _, item in dead)))
         jobs = (
@@ -317,17 +326,17 @@ class Run:
     def _result(self, ended: Ended) -> Result | None:
         """Return a mutant's result; None if the change could not be put in place."""
         file, mutant, reaching, planned = ended.key
-        told = ended.told
-        if told and told[0][0] == NO_CHANGE:
-            say(f"{file}:{mutant.line} {mutant.kind}: {told[0][1]}")
+        messages = ended.told
+        if messages and messages[0][0] == NO_CHANGE:
+            say(f"{file}:{mutant.line} {mutant.kind}: {messages[0][1]}")
             return None
-        failed = next((k for k, outcome, _ in told if outcome == "failed"), None)
+        failed = next((k for k, outcome, _ in messages if outcome == "failed"), None)
         if failed is not None:
             self._killers[file][failed] += 1
             outcome, by = KILLED, self._names[failed]
-        elif ended.how != "done" or len(told) < planned:
-            # A change that breaks the process itself, or after which it never ends.
+        elif ended.how != "done" or len(messages) < planned:
+            # The change breaks the process itself, or the tests never end.
             outcome, by = KILLED, "died" if ended.how == "done" else ended.how
         else:
             outcome, by = SURVIVED, ""
-        return Result(*self._key(file, mutant), outcome, by, len(told), reaching, round(ended.took_s, 2))
+        return Result(*self._key(file, mutant), outcome, by, len(messages), reaching, round(ended.took_s, 2))

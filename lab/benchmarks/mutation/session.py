@@ -18,9 +18,12 @@ from typing import Any
 import pytest
 
 GENERAL = ("test_guard_kept", "test_guard_oracle", "test_guard_closed_loop", "test_guard_proofs", "test_guard_symmetry")
-"""Stored verdicts and random worlds: they notice a change, but do not say which promise is broken. They run last."""
+"""Stored verdicts and random worlds. They run last.
+
+They detect a change, but do not name the broken promise.
+"""
 FEWER = {"GUARD_EXAMPLES": "10", "GUARD_SCENES": "16", "MACHINE_DRIVES": "0"}
-"""Random worlds that the tests draw: few, because thousands of mutants run."""
+"""Numbers of random worlds that the tests draw. They are small, because thousands of mutants run. Ours."""
 PYTEST = (
     "-q",
     "-p",
@@ -36,9 +39,9 @@ PYTEST = (
     "not slow",
 )
 SLACK_S, SLOWER = 20.0, 20.0
-"""A run counts as endless after this CPU time (s) and so many times that of the same tests without a change."""
+"""A run counts as endless beyond this CPU time (s) and this multiple of the time without a change. Ours."""
 WALL = 10.0
-"""The same for the time on the clock, which other processes share (times the limit of CPU time)."""
+"""The same for the wall time, which other processes share, as a multiple of the limit of CPU time. Ours."""
 
 
 def prepare() -> None:
@@ -48,7 +51,7 @@ def prepare() -> None:
     os.environ.update(FEWER)
     from hypothesis import HealthCheck, Phase, settings
 
-    # Profiles that the tests register later inherit from this one.
+    # Register this first: profiles that the tests register later inherit from it.
     settings.register_profile(
         "mutation",
         derandomize=True,
@@ -61,7 +64,7 @@ def prepare() -> None:
 
 
 class Session:
-    """The plugin: hands the collected tests to `serve` instead of running them."""
+    """The plugin: it passes the collected tests to `serve` instead of running them."""
 
     def __init__(self, serve: Callable[[list[pytest.Item]], None]) -> None:
         self._serve = serve
@@ -69,18 +72,18 @@ class Session:
         self.skipped = False
 
     def pytest_runtestloop(self, session: pytest.Session) -> bool:
-        """Take the place of pytest's own loop, without its dots."""
+        """Replace pytest's own loop, without its dots."""
         session.config.pluginmanager.unregister(name="terminalreporter")
         self._serve(list(session.items))
         return True
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        """Note how the test in progress ends."""
+        """Note the outcome of the test in progress."""
         self.failed |= report.failed
         self.skipped |= report.skipped
 
     def run(self, item: pytest.Item, after: pytest.Item | None) -> tuple[str, float]:
-        """Run one test. Returns `passed`, `failed` or `skipped`, and the CPU time (s)."""
+        """Run one test; return `passed`, `failed` or `skipped`, and the CPU time (s)."""
         self.failed = self.skipped = False
         began = time.process_time()
         item.config.hook.pytest_runtest_protocol(item=item, nextitem=after)
@@ -89,13 +92,13 @@ class Session:
 
 
 def collect(paths: Sequence[str], session: Session) -> None:
-    """Collect the tests at these paths and hand them to the session. A file that cannot be imported is left out."""
+    """Collect the tests at these paths and pass them to the session. A file that cannot be imported is left out."""
     pytest.main([*PYTEST, *paths], plugins=[session])
 
 
 @dataclass(frozen=True)
 class Job:
-    """What a fork does: `work` yields messages for the parent; `cpu_s` is its limit of CPU time."""
+    """Work of a fork: `work` yields messages for the parent; `cpu_s` is its limit of CPU time."""
 
     key: Any
     work: Callable[[], Iterable[Any]]
@@ -114,7 +117,7 @@ class _Child:
 
 @dataclass(frozen=True)
 class Ended:
-    """How a job ended.
+    """The end of a job.
 
     Attributes:
         key: The job's.
@@ -130,7 +133,7 @@ class Ended:
 
 
 def in_forks(jobs: Iterable[Job], processes: int) -> Iterator[Ended]:
-    """Run jobs in forks, at most so many at a time, and yield how each ended."""
+    """Run jobs in forks, at most `processes` at a time, and yield the end of each."""
     waiting, running = iter(jobs), dict[int, _Child]()
     more = True
     while more or running:
@@ -186,21 +189,22 @@ def _kill(group: int) -> None:
     try:
         os.killpg(group, signal.SIGKILL)
     except (ProcessLookupError, PermissionError):
+        # The group has already ended, or the system has reaped it.
         return
 
 
 def _ended(child: _Child) -> Ended:
     os.close(child.pipe)
     _, status, used = os.wait4(child.pid, 0)
-    # What a test has started and not ended goes with it.
+    # End the processes that a test has started and not ended.
     _kill(child.pid)
     shutil.rmtree(child.folder, ignore_errors=True)
-    told = [json.loads(line) for line in child.told.splitlines() if line.endswith(b"]")]
+    messages = [json.loads(line) for line in child.told.splitlines() if line.endswith(b"]")]
     if os.WIFSIGNALED(status):
         how = "time" if os.WTERMSIG(status) in (signal.SIGXCPU, signal.SIGKILL) else "died"
     else:
         how = "done" if status == 0 else "died"
-    return Ended(child.job.key, told, how, used.ru_utime + used.ru_stime)
+    return Ended(child.job.key, messages, how, used.ru_utime + used.ru_stime)
 
 
 def short(item: pytest.Item) -> str:
@@ -210,7 +214,7 @@ def short(item: pytest.Item) -> str:
 
 
 def is_general(name: str) -> bool:
-    """True for tests that notice a change without saying what it breaks."""
+    """True for tests that detect a change without naming the broken promise."""
     return name.split(".py", 1)[0] in GENERAL
 
 

@@ -1,1 +1,1 @@
-"""How the reader of a passenger's words is made: the grammar of its sentences, its training, its export."""
+"""Tools for the interpreter of a passenger's utterances: the grammar of its sentences, its training, its export."""

@@ -1,6 +1,8 @@
-"""Composes labelled sentences from the grammar and from the hand-written ones, each with a situation.
+"""Composes labeled sentences from the grammar and from the hand-written ones, each with a situation.
 
+```
 python -m lab.language.interpreter.compose --count 200000 --seed 1 --out out/words/train.jsonl
+```
 """
 
 from __future__ import annotations
@@ -21,7 +23,7 @@ JOINS = (
     " oh no, ", ", on second thoughts ", "... or rather, ", " no wait ", " no ", ", forget that, ", "— hang on, ",
     ", correction, ", ". Actually, ", " uh no ",
 )  # fmt: skip
-"""Between what somebody began to ask and what he then does ask."""
+"""Phrases between an abandoned request and the corrected one."""
 SHARES = {
     "phrase": 26,
     "sentence": 16,
@@ -33,15 +35,15 @@ SHARES = {
     "answer": 7,
     "language": 8,
 }
-"""Parts of the composed sentences, in percent of their sum."""
-ELSEWHERE = frozenset({"none", "unclear", "unlawful", "yes", "no"})
+"""Parts of the composed sentences, in percent of their sum. Ours."""
+SEPARATE_INTENTS = frozenset({"none", "unclear", "unlawful", "yes", "no"})
 """Intents whose sentences have a part of their own."""
 WAITING = frozenset({"wait", "no", "cancel", "follow"})
 
 
 @dataclass(frozen=True)
 class Sentence:
-    """Words with their situation and their reading."""
+    """An utterance with its situation and its interpretation."""
 
     situation: str
     text: str
@@ -71,7 +73,7 @@ class Composer:
             yield replace(made, text=disturb(" ".join(made.text.split(" ")), self._random))
 
     def situation(self, asked: bool) -> str:
-        """A situation, with a question of the car's in it or not."""
+        """Return a situation, with or without a question of the car's in it."""
         scene = self._line("scene", Chosen())
         question = self._line("q", Chosen())
         if asked:
@@ -81,7 +83,7 @@ class Composer:
     # ---- kinds of sentences
 
     def _phrase(self) -> Sentence:
-        """A verb phrase as a request, with politeness, hedges, reasons round it."""
+        """Return a verb phrase as a request, with politeness, hedges and reasons around it."""
         chosen, random = Chosen(), self._random
         intent = random.choice(list(self._grammar.phrases))
         base, _ = random.choice(self._grammar.phrases[intent])
@@ -93,7 +95,7 @@ class Composer:
         return self._meant(self._dressed(text, intent, chosen), intent, chosen)
 
     def _sentence(self) -> Sentence:
-        """A sentence that has one meaning as it is."""
+        """Return a sentence that has one meaning as it is."""
         random = self._random
         intents = [
             i for lang, i in self._by_intent if lang == "en" and i not in ("none", "unclear", "unlawful", "yes", "no")
@@ -106,7 +108,7 @@ class Composer:
         return self._meant(text, meaning.intent, chosen, meaning.negated)
 
     def _frame(self) -> Sentence:
-        """A frame that forbids, or asks by a double negation."""
+        """Return a frame that forbids, or requests with a double negation."""
         random, chosen = self._random, Chosen()
         meaning = random.choices(
             list(self._grammar.frames), [3 if m.intent == "wait" else 1 for m in self._grammar.frames]
@@ -116,8 +118,8 @@ class Composer:
             intent = "overtake"
         base, gerund = random.choice(self._grammar.phrases[intent])
         aside = Chosen()
-        given = {"vp": self._grammar.expand(base, random, aside), "ving": self._grammar.expand(gerund, random, aside)}
-        text = self._grammar.expand(random.choice(self._grammar.frames[meaning]), random, chosen, given)
+        fixed = {"vp": self._grammar.expand(base, random, aside), "ving": self._grammar.expand(gerund, random, aside)}
+        text = self._grammar.expand(random.choice(self._grammar.frames[meaning]), random, chosen, fixed)
         if random.random() < 0.3:
             text = self._opened(text, chosen)
         if meaning.intent == "wait" and random.random() < 0.3:
@@ -130,7 +132,7 @@ class Composer:
         return self._meant(text, "wait", chosen, True)
 
     def _correction(self) -> Sentence:
-        """Somebody changes his mind in the middle."""
+        """Return a sentence in which the passenger corrects the request."""
         random = self._random
         first = random.choice((self._phrase, self._phrase, self._sentence))()
         then = random.choice((self._phrase, self._sentence, self._stop, self._stop, self._frame))()
@@ -154,7 +156,7 @@ class Composer:
         return self._plain("unlawful")
 
     def _answer(self) -> Sentence:
-        """Yes or no to a question of the car's; the same words without a question mean less."""
+        """Return yes or no to a question of the car's; the same words without a question mean less."""
         random = self._random
         intent = random.choice(("yes", "no"))
         chosen = Chosen()
@@ -211,7 +213,11 @@ class Composer:
 
 
 def corpus(folder: Path = CORPUS) -> list[Sentence]:
-    """The hand-written sentences. Raises `ValueError` for a line that cannot be read."""
+    """Return the hand-written sentences.
+
+    Raises:
+        ValueError: A line cannot be read.
+    """
     return [
         _written(line, f"{file.name}:{number}")
         for file in sorted(folder.glob("*.jsonl"))
@@ -220,7 +226,7 @@ def corpus(folder: Path = CORPUS) -> list[Sentence]:
 
 
 def _written(line: str, where: str) -> Sentence:
-    """One line of the corpus: s situation, t text, i intent, d side, n negated, c claims, u urgent, l language."""
+    """Return a line of the corpus: s situation, t text, i intent, d side, n negated, c claims, u urgent, l language."""
     try:
         d = json.loads(line)
         side = d["d"] if d["d"] in ("left", "right") else None
@@ -231,7 +237,7 @@ def _written(line: str, where: str) -> Sentence:
 
 
 def composed(count: int, seed: int) -> Iterator[Sentence]:
-    """So many sentences of the grammar, the same for the same seed."""
+    """Yield `count` sentences of the grammar, the same for the same seed."""
     made = Composer(load(), Random(seed)).sentences()
     for _ in range(count):
         yield next(made)

@@ -1,8 +1,10 @@
-"""Sentences as arrays of token ids and labels: what the training needs, without the rest of the project.
+"""Sentences as arrays of token ids and labels: the input of the training, without the rest of the project.
 
-    python -m lab.language.interpreter.encode --start MODEL_DIR --count 400000 --seed 1 --out out/words/data
+```
+python -m lab.language.interpreter.encode --start MODEL_DIR --count 400000 --seed 1 --out out/words/data
+```
 
-Writes `train.npz`, `dev.npz` and `tokenizer.json`. `--start` holds the start model's `tokenizer.json`.
+It writes `train.npz`, `dev.npz` and `tokenizer.json`. `--start` holds the start model's `tokenizer.json`.
 """
 
 from __future__ import annotations
@@ -24,19 +26,22 @@ from lab.language.interpreter.noise import disturb
 from stucksolver_language.intent.tokenization import MAX_TOKENS, encoded
 
 COPIES = 10
-"""Each hand-written sentence is seen so many times, disturbed and in other situations."""
+"""Number of copies of each hand-written sentence, disturbed and in other situations. Ours."""
 DEV_SHARE = 0.05
-"""Of the hand-written sentences, kept apart to calibrate on."""
+"""Share of the hand-written sentences that is held out to calibrate on. Ours."""
 
 
 def in_dev(sentence: Sentence) -> bool:
-    """Is a hand-written sentence kept apart? By its text alone, so that no copy of it is trained on."""
+    """True if a hand-written sentence is held out. Its text alone decides, so that no copy of it is trained on."""
     digest = sha256(sentence.text.strip().lower().encode()).digest()
     return digest[0] / 256 < DEV_SHARE
 
 
 def varied(sentences: Sequence[Sentence], seed: int) -> Iterable[Sentence]:
-    """Copies of the hand-written sentences; only those without a question of the car's get another situation."""
+    """Yield copies of the hand-written sentences.
+
+    Only those without a question of the car's get another situation.
+    """
     random = Random(seed)
     composer = Composer(load(), random)
     for sentence in sentences:
@@ -59,9 +64,9 @@ def varied(sentences: Sequence[Sentence], seed: int) -> Iterable[Sentence]:
 
 
 def fitted(tokenizer_json: str, sentences: Iterable[Sentence]) -> str:
-    """The tokenizer with the Chinese characters of the sentences in place of entries that nothing uses.
+    """Return the tokenizer with the Chinese characters of the sentences in place of unused entries.
 
-    It neither pads nor cuts any more: `encoded` cuts, and padding would stand where it looks for the situation.
+    It neither pads nor cuts any more: `encoded` cuts, and padding would be at the position of the situation.
     """
     data = json.loads(tokenizer_json) | {"padding": None, "truncation": None}
     vocabulary: dict[str, int] = data["model"]["vocab"]
@@ -73,7 +78,7 @@ def fitted(tokenizer_json: str, sentences: Iterable[Sentence]) -> str:
 
 
 def arrays(sentences: Sequence[Sentence], tokenizer: Tokenizer) -> dict[str, np.ndarray]:
-    """`ids` and `kinds` (sentences, tokens), `length`, `intent`, `side`, `flags` (negated, urgent), `claims`."""
+    """Return `ids` and `kinds` (sentences, tokens), `length`, `intent`, `side`, `flags` (negated, urgent), `claims`."""
     n = len(sentences)
     ids = np.zeros((n, MAX_TOKENS), np.uint16)
     kinds = np.zeros((n, MAX_TOKENS), np.uint8)
@@ -105,8 +110,8 @@ def main() -> None:
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
     written = corpus()
-    kept, held = [s for s in written if not in_dev(s)], [s for s in written if in_dev(s)]
-    train = [*composed(options.count, options.seed), *varied(kept, options.seed)]
+    train_sentences, held = [s for s in written if not in_dev(s)], [s for s in written if in_dev(s)]
+    train = [*composed(options.count, options.seed), *varied(train_sentences, options.seed)]
     text = fitted((options.start / "tokenizer.json").read_text(encoding="utf-8"), train)
     (options.out / "tokenizer.json").write_text(text, encoding="utf-8")
     tokenizer = Tokenizer.from_str(text)

@@ -1,11 +1,13 @@
-"""Makes what the product ships of trained weights: an ONNX encoder and a table of word pieces, both in 4 bits.
+"""Converts trained weights to the shipped files: an ONNX encoder and a table of word pieces, both in 4 bits.
 
-    python -m lab.language.interpreter.export --weights DIR --data DIR --version 1 --out
+```
+python -m lab.language.interpreter.export --weights DIR --data DIR --version 1 --out
     packages/stucksolver-language/src/stucksolver_language/intent/data
+```
 
-`--weights`: what `lab.language.interpreter.train` wrote of the reader; `--data`: its tokenizer and the sentences kept
-apart (`dev.npz`), on which the probabilities are calibrated. Prints how many readings of these the shipped network
-shares with the trained one.
+`--weights`: the interpreter from `lab.language.interpreter.train`; `--data`: its tokenizer and the held-out sentences
+(`dev.npz`), on which the probabilities are calibrated. The command prints how many interpretations of these the shipped
+network shares with the trained one.
 """
 
 from __future__ import annotations
@@ -29,14 +31,17 @@ from stucksolver_language.intent.network import NetworkInterpreter, unpacked
 from stucksolver_language.intent.tokenization import MAX_TOKENS
 
 MOVE = 0.9
+"""Least probability of an intent that moves the vehicle; docs/words.md explains the choice."""
 AGAINST = 0.08
+"""Largest probability of wait, no, cancel and follow together for such an intent; docs/words.md explains the choice."""
 STAY = 0.3
+"""Least probability of any other intent; docs/words.md explains the choice."""
 REROUTE = 0.85
-"""Least and most probabilities of a reading that counts; docs/words.md says how they were chosen."""
+"""Least probability of a new route; docs/words.md explains the choice."""
 LEAST_WEIGHTS = 10_000
-"""Arrays smaller than this stay float32."""
+"""Size below which arrays stay float32 (elements). Ours."""
 PART_BYTES = 15_000_000
-"""Most that one file holds."""
+"""Maximum size of one file (bytes). Ours."""
 
 
 def main() -> None:
@@ -67,19 +72,22 @@ def main() -> None:
 
 
 def write_pieces(net: Net, file: Path) -> None:
-    """The vectors of all word pieces: `table` (pieces, width / 2) uint8, `scale` (pieces, width / BLOCK) float16."""
+    """Write the vectors of all word pieces.
+
+    They are `table` (pieces, width / 2) uint8 and `scale` (pieces, width / BLOCK) float16.
+    """
     table, scale = packed(net.words.weight.detach())
     np.savez_compressed(file, table=table, scale=scale)
 
 
 def write_encoder(encoder: Encoder, folder: Path) -> None:
-    """The encoder as ONNX, `encoder.onnx`, and its weights beside it, `encoder-*.bin`.
+    """Write the encoder as ONNX, `encoder.onnx`, and its weights next to it, `encoder-*.bin`.
 
     Matrices of the layers are in 4 bits (onnxruntime's MatMulNBits), other large arrays in float16.
     """
     for layer in encoder.modules():
         if isinstance(layer, Linear):
-            layer.coarse = False  # they hold what 4 bits hold, as they were loaded
+            layer.coarse = False  # they were loaded as 4 bits
     encoder.position = torch.nn.Embedding.from_pretrained(encoder.position.weight[: FIRST_PLACE + MAX_TOKENS])
     file = folder / "encoder.onnx"
     example = (torch.zeros(1, 9, WIDTH), torch.zeros(1, 9, dtype=torch.int64), torch.ones(1, 9))
@@ -116,15 +124,15 @@ def write_encoder(encoder: Encoder, folder: Path) -> None:
             number, size = number + 1, len(array.raw_data)
         set_external_data(array, f"encoder-{number}.bin")
     for old in folder.glob("encoder-*.bin"):
-        old.unlink()  # onnx appends to a file that is there
+        old.unlink()  # onnx appends to an existing file
     onnx.save(model, str(file))
 
 
 def _in_4_bits(node: onnx.NodeProto, weights: np.ndarray, arrays: list[TensorProto]) -> list[onnx.NodeProto]:
-    """A product with a matrix (inputs, outputs), and the scales' way to float32."""
+    """Return a product with a matrix (inputs, outputs), and the conversion of its scales to float32."""
     name, (inputs, outputs) = node.input[1], weights.shape
     pairs, scale = packed(torch.from_numpy(np.ascontiguousarray(weights.T)))
-    # onnxruntime counts from 0 to 15, with 8 for nothing; ours are in two's complement: the highest bit is turned.
+    # onnxruntime counts from 0 to 15, with 8 for zero. Ours are in two's complement: the highest bit is flipped.
     blob = (pairs ^ 0x88).reshape(outputs, inputs // BLOCK, BLOCK // 2)
     arrays += [numpy_helper.from_array(blob, f"{name}.q"), numpy_helper.from_array(scale.reshape(-1), f"{name}.half")]
     cast = helper.make_node("Cast", [f"{name}.half"], [f"{name}.scale"], to=TensorProto.FLOAT)
@@ -136,7 +144,7 @@ def _in_4_bits(node: onnx.NodeProto, weights: np.ndarray, arrays: list[TensorPro
 
 
 def shipped(folder: Path, dev: dict[str, np.ndarray]) -> np.ndarray:
-    """The logits of the network as it is shipped, by the product's own code."""
+    """Return the logits of the shipped network, from the product's own code."""
     _, table, scale, session = NetworkInterpreter(folder)._parts
     out = []
     for ids, kinds, length in zip(dev["ids"], dev["kinds"], dev["length"], strict=True):
@@ -148,7 +156,7 @@ def shipped(folder: Path, dev: dict[str, np.ndarray]) -> np.ndarray:
 
 
 def floats(net: Net, dev: dict[str, np.ndarray]) -> np.ndarray:
-    """The logits of the network as it was trained."""
+    """Return the logits of the trained network."""
     out = np.empty((len(dev["length"]), LOGITS), np.float32)
     by_length = np.argsort(dev["length"])
     for some in np.array_split(by_length, math.ceil(len(by_length) / 64)):
@@ -161,7 +169,7 @@ def floats(net: Net, dev: dict[str, np.ndarray]) -> np.ndarray:
 
 
 def calibrated(logits: np.ndarray, intents: np.ndarray) -> float:
-    """The temperature with the least negative log likelihood of the sentences kept apart (Guo et al. 2017)."""
+    """Return the temperature with the least negative log likelihood of the held-out sentences (Guo et al. 2017)."""
     rows = np.arange(len(intents))
     tried = np.linspace(0.5, 4.0, 71)
     loss = [-np.log(softmax(logits / t)[rows, intents] + 1e-12).mean() for t in tried]

@@ -1,8 +1,8 @@
 """The grammar that composes training sentences, read from the text files of the folder `grammar`.
 
-A line is text with alternatives `(a|b|)`, entries of lists `{name}`, and labels ` ~label` that its choice brings.
-`$ name` begins a list, `= intent flags` sentences of one meaning, `& intent` verb phrases `base | -ing form`, and
-`% intent flags` frames round the verb phrases of moving intents (`same`: the intent of the phrase itself). Flags: `n`
+A line is text with alternatives `(a|b|)`, entries of lists `{name}`, and labels ` ~label` that its choice sets. `$
+name` begins a list, `= intent flags` sentences of one meaning, `& intent` verb phrases `base | -ing form`, and `%
+intent flags` frames around the verb phrases of moving intents (`same`: the intent of the phrase itself). Flags: `n`
 negated, `@xx` the language.
 """
 
@@ -20,7 +20,7 @@ _TOKEN = re.compile(r"\(|\)|\||\{\w+\}|\\.|[^()|{}\\]+")
 
 @dataclass(frozen=True)
 class Meaning:
-    """What the sentences of a section mean."""
+    """Meaning of the sentences of a section."""
 
     intent: str
     negated: bool = False
@@ -29,7 +29,7 @@ class Meaning:
 
 @dataclass
 class Chosen:
-    """What the choices of one sentence brought with them."""
+    """Labels from the choices of one sentence."""
 
     labels: set[str] = field(default_factory=set)
 
@@ -48,15 +48,21 @@ Node = str | tuple[str, object]
 
 @dataclass
 class Grammar:
-    """All sections of all files. `phrases`: by intent, pairs of base and -ing form."""
+    """All sections of all files. `phrases`: pairs of base and -ing form by intent."""
 
     lists: dict[str, list[list[Node]]] = field(default_factory=dict)
     sentences: dict[Meaning, list[list[Node]]] = field(default_factory=dict)
     phrases: dict[str, list[tuple[list[Node], list[Node]]]] = field(default_factory=dict)
     frames: dict[Meaning, list[list[Node]]] = field(default_factory=dict)
 
-    def expand(self, nodes: list[Node], random: Random, chosen: Chosen, given: dict[str, str] | None = None) -> str:
-        """One text of a line. `given`: entries that are fixed, by name. Raises `KeyError` for an unknown list."""
+    def expand(self, nodes: list[Node], random: Random, chosen: Chosen, fixed: dict[str, str] | None = None) -> str:
+        """Return one text of a line.
+
+        `fixed`: entries that are fixed, by name.
+
+        Raises:
+            KeyError: A list is unknown.
+        """
         out: list[str] = []
         for node in nodes:
             if isinstance(node, str):
@@ -67,16 +73,20 @@ class Grammar:
                 chosen.labels.add(str(what))
             elif kind == "any":
                 assert isinstance(what, list)
-                out.append(self.expand(random.choice(what), random, chosen, given))
-            elif given is not None and what in given:
-                out.append(given[str(what)])
+                out.append(self.expand(random.choice(what), random, chosen, fixed))
+            elif fixed is not None and what in fixed:
+                out.append(fixed[str(what)])
             else:
-                out.append(self.expand(random.choice(self.lists[str(what)]), random, chosen, given))
+                out.append(self.expand(random.choice(self.lists[str(what)]), random, chosen, fixed))
         return "".join(out)
 
 
 def load(folder: Path = FOLDER) -> Grammar:
-    """Read every file of the folder. Raises `ValueError` with file and line for what cannot be read."""
+    """Read every file of the folder.
+
+    Raises:
+        ValueError: A line cannot be read; the message has the file and the line.
+    """
     grammar = Grammar()
     for file in sorted(folder.glob("*.txt")):
         _read(file, grammar)
@@ -84,7 +94,11 @@ def load(folder: Path = FOLDER) -> Grammar:
 
 
 def parse(text: str) -> list[Node]:
-    """A line as nodes: text, `("any", alternatives)`, `("list", name)`, `("label", name)`. Raises `ValueError`."""
+    """Return a line as nodes: text, `("any", alternatives)`, `("list", name)`, `("label", name)`.
+
+    Raises:
+        ValueError: The line cannot be read.
+    """
     tokens = _TOKEN.findall(text)
     nodes, rest = _sequence(tokens, 0)
     if rest != len(tokens):
@@ -154,7 +168,7 @@ def _alternatives(tokens: list[str], at: int) -> tuple[list[list[Node]], int]:
 
 
 def _text(text: str) -> list[Node]:
-    """Text, with its labels cut out."""
+    """Return text, with its labels cut out."""
     nodes: list[Node] = []
     for part in re.split(r"( ?~\w*)", text):
         if part.strip().startswith("~"):

@@ -1,4 +1,4 @@
-"""The fields of a reading as numbers, by the names that training data use."""
+"""The fields of an interpretation as numbers, with the names of the training data."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
-"""The network: MPNet's encoder layers, with one small head for each field of a reading.
+"""The network: MPNet's encoder layers, with one small head for each field of an interpretation.
 
-Twelve layers make the teacher, which is trained first and not shipped; the reader keeps some of them, in 4 bits. It
-takes the word pieces of BERT's vocabulary, which is MPNet's but for the numbers of the pieces. Source of the
-architecture: Song et al. 2020 (MPNet), with the relative position buckets of Raffel et al. 2020 (T5); of the start
-weights: the checkpoint all-mpnet-base-v2 (Apache-2.0).
+Twelve layers form the teacher, which is trained first and not shipped; the interpreter has some of them, in 4 bits. It
+takes the word pieces of BERT's vocabulary, which is MPNet's with other numbers of the pieces. Source of the
+architecture: Song et al. 2020 (MPNet), with the relative position buckets of Raffel et al. 2020 (T5). Source of the
+start weights: the checkpoint all-mpnet-base-v2 (Apache-2.0).
 """
 
 from __future__ import annotations
@@ -18,46 +18,55 @@ from torch import Tensor, nn
 from torch.nn import functional as F
 
 WIDTH, HEADS, INNER = 768, 12, 3072
+"""Width, number of heads, and inner width of a layer, as in the checkpoint."""
 LAYERS = 12
-"""Of the checkpoint."""
+"""Number of layers of the checkpoint."""
 MAX_TOKENS, FIRST_PLACE = 514, 2
-"""Places are counted from behind the padding's number."""
+"""Number of positions, and number of the first one: positions are counted from after the padding's number."""
 BUCKETS, FAR_TOKENS = 32, 128
+"""Number of buckets of relative positions, and distance from which on all share the last one, as in the checkpoint."""
 EPSILON = 1e-5
+"""Epsilon of the norms, as in the checkpoint."""
 BLOCK = 32
-"""So many neighbouring weights share a scale."""
+"""Number of neighboring weights that share a scale."""
 MOST = 7
-"""4-bit numbers are used from -7 to 7."""
+"""Largest 4-bit number: they are used from -7 to 7."""
 
 
 def in_4_bits(weights: Tensor) -> tuple[Tensor, Tensor]:
-    """(whole numbers, one scale for each block): of (rows, columns), as (rows, blocks, BLOCK) and (rows, blocks, 1)."""
+    """Return the whole numbers, and one scale for each block, of weights (rows, columns).
+
+    The shapes are (rows, blocks, BLOCK) and (rows, blocks, 1).
+    """
     blocks = weights.unflatten(-1, (-1, BLOCK))
     scale = (blocks.abs().amax(-1, keepdim=True).clamp(min=1e-6) / MOST).half().float()
     return (blocks / scale).round().clamp(-MOST, MOST), scale
 
 
 def packed(weights: Tensor) -> tuple[np.ndarray, np.ndarray]:
-    """(two numbers a byte, the first one in the low half; float16 scales): (rows, columns / 2), (rows, blocks)."""
+    """Return the packed numbers (rows, columns / 2) and their scales (rows, blocks).
+
+    A byte holds two numbers, the first one in the low half. Scales are float16.
+    """
     whole, scale = in_4_bits(weights.float())
     pairs = whole.flatten(-2).to(torch.int8).numpy().view(np.uint8).reshape(len(weights), -1, 2) & 15
     return pairs[..., 0] | pairs[..., 1] << 4, scale.squeeze(-1).numpy().astype(np.float16)
 
 
 def spread(pairs: np.ndarray) -> np.ndarray:
-    """The whole numbers of `packed`, (rows, columns) int8."""
+    """Return the whole numbers of `packed`, (rows, columns) int8."""
     halves = np.stack((pairs & 15, pairs >> 4), -1).astype(np.int8).reshape(len(pairs), -1)
     return np.where(halves > MOST, halves - 16, halves)
 
 
 def rounded(weights: Tensor) -> Tensor:
-    """The same weights as 4 bits hold them; the gradient goes through as if they had not been rounded."""
+    """Return the same weights rounded to 4 bits. The gradient passes as if they had not been rounded."""
     whole, scale = in_4_bits(weights.float())
     return weights + ((whole * scale).flatten(-2) - weights).detach()
 
 
 class Linear(nn.Linear):
-    """Multiplies by weights as 4 bits hold them where `coarse` is set."""
+    """Multiplies by weights rounded to 4 bits if `coarse` is set."""
 
     coarse = False
 
@@ -76,7 +85,7 @@ class Layer(nn.Module):
         self.dropout = nn.Dropout(dropout)
 
     def forward(self, x: Tensor, bias: Tensor) -> Tensor:
-        """`x`: (batch, tokens, width); `bias`: (batch, heads, tokens, tokens)."""
+        """Return the output; `x`: (batch, tokens, width), `bias`: (batch, heads, tokens, tokens)."""
         q, k, v = (
             linear(x).unflatten(-1, (HEADS, WIDTH // HEADS)).transpose(1, 2) for linear in (self.q, self.k, self.v)
         )
@@ -95,14 +104,17 @@ class Encoder(nn.Module):
     def __init__(self, logits: int, layers: int, dropout: float = 0.1) -> None:
         super().__init__()
         self.position, self.kind = nn.Embedding(MAX_TOKENS, WIDTH), nn.Embedding(2, WIDTH)
-        nn.init.zeros_(self.kind.weight)  # the checkpoint tells no kinds apart
+        nn.init.zeros_(self.kind.weight)  # the checkpoint does not distinguish kinds
         self.norm, self.relative = nn.LayerNorm(WIDTH, eps=EPSILON), nn.Embedding(BUCKETS, HEADS)
         self.layers = nn.ModuleList(Layer(dropout) for _ in range(layers))
         self.dropout = nn.Dropout(dropout)
         self.hidden, self.fields = nn.Linear(2 * WIDTH, WIDTH), nn.Linear(WIDTH, logits)
 
     def forward(self, vectors: Tensor, kinds: Tensor, mask: Tensor) -> Tensor:
-        """`vectors` (batch, tokens, width); (batch, tokens): `kinds` 0 situation, 1 words, `mask` 1.0 where one is."""
+        """Return the logits.
+
+        `vectors` (batch, tokens, width); (batch, tokens): `kinds` 0 situation, 1 utterance, `mask` 1.0 for a token.
+        """
         places = torch.arange(vectors.shape[1], device=vectors.device)
         x = self.dropout(self.norm(vectors + self.position(places + FIRST_PLACE) + self.kind(kinds)))
         apart = self.relative(buckets(places[None, :] - places[:, None])).permute(2, 0, 1)[None]
@@ -116,7 +128,7 @@ class Encoder(nn.Module):
 
 
 class Net(nn.Module):
-    """Word vectors and encoder together, as they are trained. `coarse`: as 4 bits hold them."""
+    """Word vectors and encoder together for the training. `coarse`: rounded to 4 bits."""
 
     def __init__(self, words: int, logits: int, layers: int, *, coarse: bool, dropout: float = 0.1) -> None:
         super().__init__()
@@ -132,7 +144,7 @@ class Net(nn.Module):
 
     @property
     def in_4_bits(self) -> set[str]:
-        """Names of the weights that are stored so."""
+        """Names of the weights that are stored in 4 bits."""
         if not self.coarse:
             return set()
         names = {f"{name}.weight" for name, module in self.named_modules() if isinstance(module, Linear)}
@@ -140,12 +152,15 @@ class Net(nn.Module):
 
     @property
     def heads(self) -> list[nn.Parameter]:
-        """What no checkpoint has."""
+        """Parameters that no checkpoint has."""
         return [*self.reader.hidden.parameters(), *self.reader.fields.parameters(), self.reader.kind.weight]
 
 
 def buckets(relative: Tensor) -> Tensor:
-    """Relative places as numbers of buckets: exact near by, wider further off, the far half of the numbers ahead."""
+    """Return relative positions as numbers of buckets.
+
+    Near positions have their own bucket, farther ones share wider ones; the second half of the numbers is ahead.
+    """
     half, exact = BUCKETS // 2, BUCKETS // 4
     far = relative.abs().clamp(min=1)
     wide = exact + (torch.log(far / exact) / math.log(FAR_TOKENS / exact) * (half - exact)).long()
@@ -154,9 +169,10 @@ def buckets(relative: Tensor) -> Tensor:
 
 
 def load_start(folder: Path) -> tuple[dict[str, Tensor], Tensor]:
-    """(weights by their published names, MPNet's number of each of BERT's pieces): `start-*.npz` and `ids.npy`.
+    """Return weights by their published names, and MPNet's number of each of BERT's pieces.
 
-    Matrices are stored in 8 bits, `NAME|q`, with a scale for each row, `NAME|s`.
+    They are read from `start-*.npz` and `ids.npy`. Matrices are stored in 8 bits, `NAME|q`, with a scale for each
+    row, `NAME|s`.
     """
     found: dict[str, Tensor] = {}
     for file in sorted(folder.glob("start-*.npz")):
@@ -171,7 +187,11 @@ def load_start(folder: Path) -> tuple[dict[str, Tensor], Tensor]:
 
 
 def start_from(net: Net, weights: Mapping[str, Tensor], renamed: Tensor) -> None:
-    """Take over the checkpoint. Raises `KeyError` for one of another make."""
+    """Copy the checkpoint into the network.
+
+    Raises:
+        KeyError: The checkpoint has another structure.
+    """
     reader = net.reader
     net.words.weight.data.copy_(weights["embeddings.word_embeddings.weight"][renamed])
     reader.position.weight.data.copy_(weights["embeddings.position_embeddings.weight"])
@@ -193,7 +213,7 @@ def _take(module: nn.Module, weights: Mapping[str, Tensor], name: str) -> None:
 
 
 def take_layers(net: Net, teacher: Net, which: Sequence[int]) -> None:
-    """Take over everything of a larger network, and those of its layers."""
+    """Copy all parts of a larger network, and those of its layers."""
     theirs = teacher.state_dict()
     ours = {name: theirs[name] for name in net.state_dict() if ".layers." not in name}
     for i, k in enumerate(which):

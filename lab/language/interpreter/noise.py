@@ -1,4 +1,4 @@
-"""What typing and speech recognition do to a sentence."""
+"""Changes a sentence as typing and speech recognition do."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import re
 from random import Random
 
 FILLERS = ("um", "uh", "er", "erm", "like", "you know", "well", "so", "hmm")
-HEARD = {
+MISRECOGNIZED = {
     "wait": "weight",
     "right": "write",
     "pass": "past",
@@ -43,16 +43,19 @@ HEARD = {
     "are": "r",
     "it's": "its",
 }
-"""What is typed or heard for a word."""
+"""Words that are typed or recognized for a word."""
 NEVER = frozenset({"no", "not", "dont", "don't", "never", "stop"})
-"""Words that are left whole: with them the meaning would go."""
+"""Words that are never changed: without them the meaning would be lost."""
 
 
 def disturb(text: str, random: Random, strength: float = 1.0) -> str:
-    """The sentence with some of: lower case, no punctuation, typos, doubled or lost spaces, misheard words, fillers."""
+    """Return the sentence with some disturbances.
+
+    They are lower case, no punctuation, typos, doubled or lost spaces, misrecognized words, and fillers.
+    """
     words = text.split(" ")
     if random.random() < 0.20 * strength:
-        words = [HEARD.get(word.lower(), word) if random.random() < 0.35 else word for word in words]
+        words = [MISRECOGNIZED.get(word.lower(), word) if random.random() < 0.35 else word for word in words]
     if random.random() < 0.22 * strength:
         words = [_typo(word, random) if random.random() < 0.25 else word for word in words]
     if random.random() < 0.08 * strength:

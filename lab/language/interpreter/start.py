@@ -1,9 +1,12 @@
-"""The checkpoint that the training starts from, in parts that are small enough to carry to a GPU.
+"""The checkpoint from which the training starts, in parts that are small enough to carry to a GPU.
 
-    python -m lab.language.interpreter.start --checkpoint all-mpnet-base-v2 --data out/words/data --out START
+```
+python -m lab.language.interpreter.start --checkpoint all-mpnet-base-v2 --data out/words/data --out START
+```
 
-`--checkpoint`: a folder with `model.safetensors` and `vocab.txt`; `--data`: what `lab.language.interpreter.encode`
-wrote. Writes `start-*.npz` and `ids.npy`, which `lab.language.interpreter.model.load_start` reads.
+`--checkpoint`: a folder with `model.safetensors` and `vocab.txt`; `--data`: the output of
+`lab.language.interpreter.encode`. The command writes `start-*.npz` and `ids.npy`, which
+`lab.language.interpreter.model.load_start` reads.
 """
 
 from __future__ import annotations
@@ -16,16 +19,17 @@ import numpy as np
 from safetensors.numpy import load_file
 
 PARTS = 3
+"""Number of files. Ours."""
 LEAST_WEIGHTS = 100_000
-"""Matrices smaller than this stay float32."""
+"""Size below which matrices stay float32 (elements). Ours."""
 SPECIAL = {"[CLS]": "<s>", "[PAD]": "<pad>", "[SEP]": "</s>", "[MASK]": "<mask>"}
 
 
 def renamed(ours: dict[str, int], theirs: dict[str, int]) -> np.ndarray:
-    """For each of our word pieces the checkpoint's number of it, (pieces,).
+    """Return the checkpoint's number of each of our word pieces, (pieces,).
 
-    A Chinese character that it lacks has one of the pieces there that nothing uses, as in
-    `lab.language.interpreter.encode`, so that each one starts from a vector of its own.
+    A Chinese character that the checkpoint lacks has one of its unused pieces, as in `lab.language.interpreter.encode`,
+    so that each one starts from its own vector.
     """
     shift = theirs["[UNK]"] - ours["[UNK]"]  # it has BERT's pieces in BERT's order behind four of its own
     ids = np.arange(max(ours.values()) + 1) + shift

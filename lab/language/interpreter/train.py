@@ -1,11 +1,15 @@
-"""Trains the reader on one GPU. Needs numpy and torch only, and what `lab.language.interpreter.encode` wrote.
+"""Trains the interpreter on one GPU. It requires numpy, torch and the output of `lab.language.interpreter.encode`.
 
-    python -m lab.language.interpreter.train --data DIR --start START --steps 1200 --rate 1e-4 --out TEACHER
-    python -m lab.language.interpreter.train --data DIR --teacher TEACHER --steps 2000 --out OUT
+```
+python -m lab.language.interpreter.train --data DIR --start START --steps 1200 --rate 1e-4 --out TEACHER
+python -m lab.language.interpreter.train --data DIR --teacher TEACHER --steps 2000 --out OUT
+```
 
-`START`: `start-*.npz` and `ids.npy`, see `lab.language.interpreter.model.load_start`. The teacher, a larger network,
-is trained first; what it makes of each sentence is learnt beside the labels (Hinton et al. 2015). Writes
-`weights-*.npz` (float16 or 4 bits, in parts of at most 15 MB) and prints accuracy on the sentences kept apart.
+`START`: `start-*.npz` and `ids.npy`, see `lab.language.interpreter.model.load_start`. The teacher, a larger network, is
+trained first; its outputs for each sentence are learned next to the labels (Hinton et al. 2015). The command writes
+`weights-*.npz` (float16 or 4 bits, in parts of at most 15 MB) and prints the accuracy on the held-out sentences.
+
+The numbers are ours.
 """
 
 from __future__ import annotations
@@ -25,25 +29,33 @@ from torch.nn import functional as F
 from lab.language.interpreter.model import BLOCK, LAYERS, Net, load_start, packed, spread, start_from, take_layers
 
 BATCH = 256
+"""Number of sentences per batch."""
 RATE = 1.5e-4
+"""Learning rate of the encoder."""
 HEAD_RATE = 1e-3
+"""Learning rate of the heads."""
 WARM_STEPS = 200
+"""Number of steps over which the rate rises."""
 AVERAGE = 0.999
-"""Decay of the moving average of the weights, which is what is kept."""
+"""Decay of the moving average of the weights, which is the result."""
 HIDE_SHARE = 0.04
-"""Of the word pieces, hidden at random."""
+"""Share of the word pieces that is hidden at random."""
 SMOOTHING = 0.05
+"""Label smoothing."""
 WEIGHTS = {"intent": 1.0, "side": 0.5, "flags": 0.5, "claims": 1.0}
+"""Weights of the losses by field."""
 ALIKE = 16
-"""Batches are drawn so many at a time and sorted by length."""
+"""Number of batches that are drawn together and sorted by length."""
 PART_BYTES = 15_000_000
+"""Maximum size of one file (bytes)."""
 SOFT = 2.0
-"""Temperature at which the teacher's probabilities of intents are learnt."""
+"""Temperature at which the teacher's probabilities of intents are learned."""
 TAUGHT_SHARE = 0.6
-"""Of the loss, by what the teacher makes of a sentence; the rest is by its labels."""
+"""Share of the loss against the teacher's output; the rest is against the labels."""
 N_INTENTS = 16
+"""Number of intents."""
 FLAGS_AT = N_INTENTS + 3
-"""Behind the intents and the sides (none, left, right) stand negated, urgent, and the claims."""
+"""Position of the flags: the intents and the sides (none, left, right) precede negated, urgent, and the claims."""
 
 
 class Data:
@@ -60,8 +72,8 @@ class Data:
     def __len__(self) -> int:
         return len(self.parts["intent"])
 
-    def drawn(self, batch: int) -> Iterator[Tensor]:
-        """Batches without end, each of sentences of like length, since the longest one sets what a batch costs."""
+    def batches(self, batch: int) -> Iterator[Tensor]:
+        """Yield batches without end, each of sentences of like length, because the longest one sets the cost."""
         length = self.parts["length"]
         while True:
             some = torch.randint(len(self), (batch * ALIKE,), device=length.device)
@@ -77,7 +89,7 @@ class Data:
 
 
 def loss_of(out: Tensor, b: dict[str, Tensor]) -> Tensor:
-    """The fields' losses, summed with their weights."""
+    """Return the fields' losses, summed with their weights."""
     intents, sides = out[:, :N_INTENTS], out[:, N_INTENTS:FLAGS_AT]
     flags, claims = out[:, FLAGS_AT : FLAGS_AT + 2], out[:, FLAGS_AT + 2 :]
     loss: Tensor = (
@@ -90,7 +102,7 @@ def loss_of(out: Tensor, b: dict[str, Tensor]) -> Tensor:
 
 
 def taught(out: Tensor, wanted: Tensor) -> Tensor:
-    """The same against a teacher's logits instead of labels."""
+    """Return the same against a teacher's logits instead of labels."""
     intents, sides = slice(0, N_INTENTS), slice(N_INTENTS, FLAGS_AT)
     flags, claims = slice(FLAGS_AT, FLAGS_AT + 2), slice(FLAGS_AT + 2, None)
     soft = F.cross_entropy(out[:, intents] / SOFT, (wanted[:, intents] / SOFT).softmax(1)) * SOFT**2
@@ -104,7 +116,7 @@ def taught(out: Tensor, wanted: Tensor) -> Tensor:
 
 
 def accuracy(net: nn.Module, data: Data) -> float:
-    """Share of right intents."""
+    """Return the share of right intents."""
     net.eval()
     right = 0
     device = data.parts["intent"].device
@@ -117,7 +129,7 @@ def accuracy(net: nn.Module, data: Data) -> float:
 
 
 def fit(net: Net, data: Data, dev: Data, options: argparse.Namespace, teacher: nn.Module | None = None) -> Net:
-    """Trains a network, and returns the moving average of its weights."""
+    """Train a network, and return the moving average of its weights."""
     device = data.parts["ids"].device.type
     hidden, steps, rate, heads = options.hidden, options.steps, options.rate, net.heads
     average = copy.deepcopy(net)
@@ -126,7 +138,7 @@ def fit(net: Net, data: Data, dev: Data, options: argparse.Namespace, teacher: n
     groups = [{"params": rest, "lr": rate, "top": rate}, {"params": heads, "lr": HEAD_RATE, "top": HEAD_RATE}]
     optimizer = torch.optim.AdamW(groups, weight_decay=0.01, betas=(0.9, 0.98))
     begun = time.monotonic()
-    for step, which in zip(range(steps), data.drawn(options.batch), strict=False):
+    for step, which in zip(range(steps), data.batches(options.batch), strict=False):
         net.train()
         b = data.batch(which)
         hide = (torch.rand(b["ids"].shape, device=device) < options.hide) & (b["ids"] > 999)
@@ -147,8 +159,8 @@ def fit(net: Net, data: Data, dev: Data, options: argparse.Namespace, teacher: n
         optimizer.step()
         decay = min(AVERAGE, (step + 1) / (step + 10))
         with torch.no_grad():
-            for kept, now in zip(average.parameters(), net.parameters(), strict=True):
-                kept.lerp_(now, 1.0 - decay)
+            for averaged, now in zip(average.parameters(), net.parameters(), strict=True):
+                averaged.lerp_(now, 1.0 - decay)
         if (step + 1) % 500 == 0 or step + 1 == steps:
             took = time.monotonic() - begun
             print(
@@ -159,7 +171,7 @@ def fit(net: Net, data: Data, dev: Data, options: argparse.Namespace, teacher: n
 
 
 def save(net: Net, folder: Path) -> None:
-    """All parameters, in parts that stay small: those of a coarse network in 4 bits, all others in float16."""
+    """Write all parameters in small parts: those of a coarse network in 4 bits, all others in float16."""
     folder.mkdir(parents=True, exist_ok=True)
     part: dict[str, np.ndarray] = {}
     number = size = 0
@@ -185,7 +197,7 @@ def _arrays(net: Net) -> dict[str, np.ndarray]:
 
 
 def load_arrays(folder: Path) -> dict[str, np.ndarray]:
-    """What `save` wrote, as it is stored."""
+    """Return the stored arrays of `save`."""
     found: dict[str, list[np.ndarray]] = {}
     for file in sorted(folder.glob("weights-*.npz")):
         with np.load(file) as arrays:
@@ -195,7 +207,7 @@ def load_arrays(folder: Path) -> dict[str, np.ndarray]:
 
 
 def load_parts(folder: Path) -> dict[str, Tensor]:
-    """What `save` wrote, as float32 tensors by name."""
+    """Return the parameters from `save` as float32 tensors by name."""
     arrays = load_arrays(folder)
     found: dict[str, Tensor] = {}
     for name, array in arrays.items():
@@ -232,7 +244,7 @@ def main() -> None:
 
 
 def teacher(options: argparse.Namespace, data: Data, dev: Data, device: str) -> Net:
-    """All layers of the checkpoint, trained on labels alone."""
+    """Return all layers of the checkpoint, trained on labels alone."""
     weights, renamed = load_start(options.start)
     net = Net(len(renamed), data.logits, LAYERS, coarse=False, dropout=options.dropout)
     start_from(net, weights, renamed)
@@ -240,7 +252,7 @@ def teacher(options: argparse.Namespace, data: Data, dev: Data, device: str) -> 
 
 
 def reader(options: argparse.Namespace, data: Data, dev: Data, device: str) -> Net:
-    """Some of the teacher's layers, in 4 bits, trained on what the teacher says of each sentence, and on its label."""
+    """Return some of the teacher's layers, in 4 bits, trained on the teacher's outputs and the labels."""
     weights = load_parts(options.teacher)
     whole = Net(len(weights["words.weight"]), data.logits, LAYERS, coarse=False)
     whole.load_state_dict(weights)

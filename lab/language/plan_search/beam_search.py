@@ -1,4 +1,4 @@
-"""A beam search over plans of up to three behaviours; each is judged by the real guard before it counts."""
+"""A beam search over plans of up to three behaviors; the real guard judges each before it counts."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from stucksolver_language.student.candidates import offered
 
 T = TypeVar("T")
 Value = Callable[[EgoTrajectory], float]
-"""Ranks a trail; larger is better."""
+"""Ranks a trajectory; larger is better."""
 
 
 @dataclass(frozen=True)
@@ -28,18 +28,23 @@ class SearchSettings:
     """Limits of a search.
 
     Attributes:
-        depth: Most behaviours in a plan.
+        depth: Most behaviors in a plan.
         beam: Number of partial plans that are continued at each depth.
-        steps: Number of values of each parameter for the first behaviour.
-        later_steps: Number of values of each parameter for the second and third behaviour.
-        looked: Number of plans that the simulator looks ahead for; the others are only glanced at.
+        steps: Number of values of each parameter for the first behavior.
+        later_steps: Number of values of each parameter for the second and third behavior.
+        looked: Number of plans for which the simulator looks ahead; the others only get a quick value.
     """
 
     depth: int = 3
+    """Most behaviors in a plan. Ours."""
     beam: int = 6
+    """Number of partial plans that are continued at each depth. Ours."""
     steps: int = 4
+    """Values of each parameter for the first behavior. Ours."""
     later_steps: int = 3
+    """Values of each parameter for the later behaviors. Ours."""
     looked: int = 16
+    """Number of plans for which the simulator looks ahead. Ours."""
 
 
 class Candidate(FrozenModel):
@@ -51,7 +56,7 @@ class Candidate(FrozenModel):
 
 @dataclass(frozen=True)
 class SearchedPlan:
-    """A plan that the guard accepts at the standstill, where it takes the ego, and its value (m)."""
+    """A plan that the guard accepts at the standstill, the end of its trajectory, and its value (m)."""
 
     plan: RecoveryPlan
     trail: EgoTrajectory
@@ -71,18 +76,19 @@ class Search:
 
     guard: Guard
     scene: Scene
-    seen: Surroundings
+    surroundings: Surroundings
     value: Value
     settings: SearchSettings = field(default_factory=SearchSettings)
     checked: int = 0
+    """Number of guard checks."""
 
     def run(self) -> tuple[SearchedPlan, ...]:
         """Return all plans found that the guard accepts as a whole, best first."""
-        beam = [_Node((), begin(self.seen), 0.0)]
+        beam = [_Node((), begin(self.surroundings), 0.0)]
         found: list[SearchedPlan] = []
         for depth in range(self.settings.depth):
             options = offered(self.scene, self.settings.steps if depth == 0 else self.settings.later_steps)
-            views = [FrenetScene(moved(self.seen, node.trail)) for node in beam]
+            views = [FrenetScene(moved(self.surroundings, node.trail)) for node in beam]
             children = (
                 self._extended(node, option, view) for node, view in zip(beam, views, strict=True) for option in options
             )
@@ -92,7 +98,7 @@ class Search:
         return tuple(sorted(found, key=lambda item: -item.value))
 
     def _extended(self, node: _Node, behavior: Behavior, view: FrenetScene) -> _Node | None:
-        """Return the plan with one more behaviour, if the guard accepts that behaviour from the plan's end (`view`)."""
+        """Return the plan with one more behavior, if the guard accepts that behavior from the plan's end (`view`)."""
         self.checked += 1
         if behavior.stands_still:
             if not self.guard.allows_standing(behavior, view).accepted:
@@ -111,13 +117,13 @@ class Search:
         self.checked += 1
         if check_offered(plan, self.scene) is not None:
             return None
-        view = FrenetScene(self.seen)
+        view = FrenetScene(self.surroundings)
         verdict = Execution(plan, self.guard, guided=False).start(view, self.scene.time_s)
         return SearchedPlan(plan, node.trail, node.value) if verdict.accepted else None
 
 
 def kinds(behaviors: Iterable[Behavior]) -> tuple[str, ...]:
-    """Return the names of behaviours: the kind of a plan, without its parameters."""
+    """Return the names of behaviors: the kind of a plan, without its parameters."""
     return tuple(behavior.name for behavior in behaviors)
 
 
@@ -125,9 +131,9 @@ def varied(items: Iterable[T], key: Callable[[T], tuple[tuple[str, ...], float]]
     """Return the best items of each kind in turn: first the best one of each kind, then the second best, and so on.
 
     Args:
-        items: What to choose from.
+        items: The items to choose from.
         key: Returns the kind and the value of an item.
-        most: How many to return.
+        most: Maximum number of items to return.
     """
     turns: Counter[tuple[str, ...]] = Counter()
     ranked: list[tuple[int, float, T]] = []

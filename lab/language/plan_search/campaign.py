@@ -1,19 +1,21 @@
-"""A campaign: find the standstills of a suite, search for plans, drive the best ones, and keep the outcomes.
+"""A campaign: finds the standstills of a suite, searches for plans, drives the best ones, and stores the outcomes.
 
 The folder of a campaign:
 
+```
 campaign.json            the campaign's options
-reference/ROUTE-SEED/    the drive with the rules, and every question that was asked
-standstills/NAME.json    the moments at which a plan is wanted
-searches/NAME.json       the plans that the guard accepts there, best first, and the work that the search took
+reference/ROUTE-SEED/    the drive with the rules, and all its queries
+standstills/NAME.json    the standstills that require a plan
+searches/NAME.json       the plans that the guard accepts there, best first, and the work of the search
 drives/NAME/NUMBER/      one exact drive each
 labels.jsonl             one line for each exact drive
 best.json                the best plans, for `--recovery teacher:DIR`
-moments/                 the same as examples for the student, for `python -m lab distill train --data DIR`
-report.html              how much better than the rules the best plans are
+moments/                 the same as samples for the student, for `python -m lab distill train --data DIR`
+report.html              comparison of the best plans with the rules
+```
 
-Completed steps are skipped, so the same command continues a campaign that was interrupted. What has been begun is
-finished first: exact drives before searches, and searches before drives with the rules. So an interrupted campaign has
+Completed steps are skipped, so the same command continues an interrupted campaign. Steps in progress are finished
+first: exact drives before searches, and searches before drives with the rules. Therefore an interrupted campaign has
 complete standstills.
 """
 
@@ -55,13 +57,14 @@ Say = Callable[[str], None]
 
 
 class PlanSearchError(RuntimeError):
-    """A campaign cannot continue; the message says why and what to do."""
+    """A campaign cannot continue; the message has the reason and the remedy."""
 
 
 class PlanSearchManifest(FrozenModel):
     """The options of a campaign. It continues only with the same ones."""
 
     version: int = 1
+    """Version of the file."""
     suite: str
     suite_digest: str
     seed: int
@@ -72,13 +75,16 @@ class PlanSearchManifest(FrozenModel):
 
 
 class SearchRecord(FrozenModel):
-    """The result of a search and the work that it took: guard checks, plans that the simulator looked ahead for, its
-    forks, and wall time (s).
+    """The result of a search and its work.
+
+    The work is the number of guard checks, of plans for which the simulator looked ahead, and of its forks, and the
+    wall time (s).
     """
 
     accepted: int
     checked: int
     looked: int = 0
+    """Number of plans for which the simulator looked ahead."""
     forks: int
     fork_s: float
     seconds: float
@@ -87,7 +93,7 @@ class SearchRecord(FrozenModel):
 
 @dataclass(frozen=True)
 class PlanSearchSpec:
-    """What a campaign should do.
+    """The definition of a campaign.
 
     Attributes:
         suite: Name of the suite, or a file of routes.
@@ -106,28 +112,30 @@ class PlanSearchSpec:
     seed: int
     out: Path
     best: int = 10
+    """Number of plans driven exactly at each standstill. Ours."""
     jobs: int = 2
+    """Number of drives and searches in parallel. Ours."""
     drives: DriveSpec = field(default_factory=DriveSpec)
     search: SearchSettings = field(default_factory=SearchSettings)
 
 
 def collect(spec: PlanSearchSpec, say: Say) -> LabelFile:
-    """Run everything that is not done yet, and return the labels.
+    """Run all remaining steps, and return the labels.
 
     Args:
-        spec: What the campaign should do.
+        spec: The definition of the campaign.
         say: Called with each line of progress.
 
     Raises:
-        CampaignError: The folder contains another campaign, or a line of its labels cannot be read.
+        PlanSearchError: The folder contains another campaign, or a line of its labels cannot be read.
         OutputError: Something cannot be written.
     """
     _begin(spec)
     try:
         labels = LabelFile(spec.out / LABELS)
     except ValueError as error:
-        raise PlanSearchError(f"{error}; remove that line, or choose another folder") from error
-    # Searches need the processor, and drives have processes of their own.
+        raise PlanSearchError(f"{error}. Remove that line, or choose another folder") from error
+    # Searches have their own pool: they need the processor, and drives have processes of their own.
     with ProcessPoolExecutor(spec.jobs, get_context("spawn")) as searchers:
         work = _Campaign(spec, labels, say, searchers)
         run_steps([work.reference(route) for route in spec.routes], spec.jobs)
@@ -152,7 +160,9 @@ def _begin(spec: PlanSearchSpec) -> None:
     if not path.exists():
         write_text(path, manifest.model_dump_json(indent=1) + "\n")
     elif PlanSearchManifest.model_validate_json(path.read_text(encoding="utf-8")) != manifest:
-        raise PlanSearchError(f"{path} belongs to another campaign; choose another --out, or use the same options")
+        raise PlanSearchError(
+            f"the folder belongs to another campaign: {path}. Choose another --out, or use the same options"
+        )
 
 
 class _Campaign:
@@ -171,11 +181,11 @@ class _Campaign:
             return Step(StepStage.REFERENCE, lambda wanted: None, lambda _: self._searches(route))
         task = drive_task(spec.drives, route, spec.seed, PlanTable(), folder)
 
-        def then(outcome: RouteOutcome) -> Iterator[Step]:
+        def next_steps(outcome: RouteOutcome) -> Iterator[Step]:
             self._say(f"route {route.id}, with the rules: {outcome.state} ({outcome.wall_s:.0f} s)")
             return self._searches(route)
 
-        return Step(StepStage.REFERENCE, partial(_run, task), then)
+        return Step(StepStage.REFERENCE, partial(_run, task), next_steps)
 
     def _searches(self, route: Route) -> Iterator[Step]:
         for still in _of_route(self._spec, route):
@@ -185,10 +195,10 @@ class _Campaign:
     def _search(self, route: Route, still: Standstill) -> Step:
         path = self._spec.out / SEARCHES / f"{still.name}.json"
         if path.exists():
-            kept = SearchRecord.model_validate_json(path.read_text(encoding="utf-8"))
-            return Step(StepStage.SEARCH, lambda wanted: kept, lambda found: self._drives(route, still, found))
+            record = SearchRecord.model_validate_json(path.read_text(encoding="utf-8"))
+            return Step(StepStage.SEARCH, lambda wanted: record, lambda found: self._drives(route, still, found))
 
-        def then(found: SearchRecord) -> Iterator[Step]:
+        def next_steps(found: SearchRecord) -> Iterator[Step]:
             write_text(path, found.model_dump_json(indent=1) + "\n")
             self._say(
                 f"{still.name} ({still.scenario}): {found.accepted} plans accepted, {found.checked} guard checks, "
@@ -196,18 +206,18 @@ class _Campaign:
             )
             return self._drives(route, still, found)
 
-        return Step(StepStage.SEARCH, lambda wanted: self._searched(still), then)
+        return Step(StepStage.SEARCH, lambda wanted: self._searched(still), next_steps)
 
     def _searched(self, still: Standstill) -> SearchRecord:
         try:
             return self._searchers.submit(search, self._spec, still).result()
         except BrokenExecutor as error:
             raise PlanSearchError(
-                f"{still.name}: the process of the search was killed (too little memory?); run the same command again"
+                f"the process of the search was killed (too little memory?): {still.name}. Run the same command again"
             ) from error
 
     def _drives(self, route: Route, still: Standstill, found: SearchRecord) -> Iterator[Step]:
-        """Return what to drive: waiting, and the best plans of the search. The drive with the rules already exists."""
+        """Yield the drives: waiting, and the best plans of the search. The drive with the rules already exists."""
         taught = [PlanTrial(still, "teacher", candidate.plan, candidate.value) for candidate in found.chosen]
         for trial in (PlanTrial(still, "rules", still.rules.plan), PlanTrial(still, "wait", None), *taught):
             if _key(still.name, trial.source, trial.plan) in self._done:
@@ -223,14 +233,14 @@ class _Campaign:
         folder = spec.out / "drives" / trial.standstill.name / plan_digest(trial.plan)
         task = drive_task(spec.drives, route, spec.seed, trial.book, folder, waits=trial.source == "wait")
 
-        def then(outcome: RouteOutcome) -> Iterator[Step]:
+        def next_steps(outcome: RouteOutcome) -> Iterator[Step]:
             label = label_of(trial, task, outcome)
             self._labels.add(label)
             self.drives += 1
             self._say(f"[{self.drives} of {self._planned} drives so far] {said_of(label)}")
             return iter(())
 
-        return Step(StepStage.EXACT, partial(_run, task), then)
+        return Step(StepStage.EXACT, partial(_run, task), next_steps)
 
 
 def _run(task: RouteTask, wanted: Callable[[], bool]) -> RouteOutcome:
@@ -268,8 +278,9 @@ def _of_route(spec: PlanSearchSpec, route: Route) -> Iterator[Standstill]:
 
 
 def search(spec: PlanSearchSpec, still: Standstill) -> SearchRecord:
-    """Search for plans at one standstill, look ahead for the most promising ones, and keep the best of each kind in
-    turn.
+    """Search for plans at one standstill, and return the best of each kind in turn.
+
+    The simulator looks ahead for the most promising ones.
     """
     began = time.perf_counter()
     guard = Guard(find_ladder(spec.drives.ladder or "evaluation").guard_policy())

@@ -1,7 +1,8 @@
-"""Makes moments of a campaign, so that the student learns from its exact drives what a plan is worth.
+"""Converts a campaign to samples, so that the student learns the value of a plan from exact drives.
 
-What was not driven is judged as at any other moment: by the guard, and at a glance. A glance does not see that the
-driver stays in the lane into which a plan has led it, so no plan counts for more than the best driven one of its kind.
+Plans that were not driven are judged as at any other sample: by the guard, and with a quick value. A quick value does
+not take into account that the driver stays in the lane into which a plan has led it. Therefore no plan counts for more
+than the best driven one of its kind.
 """
 
 from __future__ import annotations
@@ -19,12 +20,12 @@ from stucksolver_eval.metrics.recovery import WITHIN_S
 from stucksolver_language.student.scene_codec import write_scene
 
 HARM_M = -30.0
-"""What a drive with a collision or an infraction is worth (m): less than any other."""
+"""Value of a drive with a collision or an infraction (m): less than any other. Ours."""
 FILE = f"moments/campaign{SUFFIX}"
 
 
 def write_lessons(folder: Path, standstills: Path, labels: Sequence[Label], guard: Guard) -> None:
-    """Write the moments of a campaign into its folder.
+    """Write the samples of a campaign into its folder.
 
     Args:
         folder: The campaign's folder.
@@ -39,8 +40,9 @@ def write_lessons(folder: Path, standstills: Path, labels: Sequence[Label], guar
 
 
 def lessons(standstills: Path, labels: Sequence[Label], guard: Guard) -> Iterator[DecisionSample]:
-    """Yield a moment for each standstill, with the plans that were driven there and what they are worth, and the other
-    candidates with the guard's verdict.
+    """Yield a sample for each standstill.
+
+    It has the plans that were driven there with their values, and the other candidates with the guard's verdict.
     """
     for name, group in by_standstill(labels).items():
         path = standstills / f"{name}.json"
@@ -60,8 +62,8 @@ def lessons(standstills: Path, labels: Sequence[Label], guard: Guard) -> Iterato
             standstill=0,
             at_s=still.at_s,
             scene=write_scene(still.scene),
-            # A label does not say for how long a drive without a recovery went on. To know only of the waits that ended
-            # would teach that waits end.
+            # A label does not contain the duration of a drive without a recovery. Only waits that ended would be known,
+            # and the student would learn that waits end.
             gone_after_s=None,
             watched_s=0.0,
             plans=(*(item for item in judged if item.plan not in driven), *driven.values()),
@@ -69,7 +71,7 @@ def lessons(standstills: Path, labels: Sequence[Label], guard: Guard) -> Iterato
 
 
 def capped(plan: JudgedPlan, driven: Iterable[JudgedPlan]) -> JudgedPlan:
-    """Return a plan that was not driven, worth at most what the best driven one of its kind is."""
+    """Return a plan that was not driven, with at most the value of the best driven one of its kind."""
     kind = _kind(plan.plan)
     alike = [other.value_m for other in driven if other.value_m is not None and _kind(other.plan) == kind]
     if plan.value_m is None or not alike:
@@ -82,8 +84,9 @@ def _kind(plan: RecoveryPlan) -> tuple[str, ...]:
 
 
 def worth_m(grade: Grade) -> float:
-    """Return what a drive is worth, on the scale of a plan's value at a glance: a metre for each second gained (m), if
-    the route was driven to its end, and else that share of it.
+    """Return the value of a drive (m), on the scale of a plan's quick value: a meter for each second gained.
+
+    A route that was not driven to its end has the completed share of that.
     """
     if grade.collisions + grade.infractions > 0:
         return HARM_M

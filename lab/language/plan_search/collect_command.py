@@ -21,9 +21,12 @@ class CollectOptions:
     suite: str
     out: Path
     seed: int = 1
+    """Seed of the traffic."""
     routes: tuple[str, ...] = ()
     best: int = 10
+    """Number of plans driven exactly at each standstill. Ours."""
     jobs: int = 2
+    """Number of drives in parallel. Ours."""
     driver: str = "behavior:normal"
     ladder: Path | None = None
     maps: str | None = None
@@ -69,7 +72,7 @@ def teach(what: CollectOptions) -> Path:
     Raises:
         SuiteError: There is no such suite or route.
         RouteFileError: The file of routes is invalid.
-        CampaignError: The folder contains another campaign, or its labels cannot be read.
+        PlanSearchError: The folder contains another campaign, or its labels cannot be read.
         OutputError: Something cannot be written.
     """
     spec = PlanSearchSpec(

@@ -1,6 +1,6 @@
-"""Exact drives: a route is driven again up to the very same moment, and another plan is executed there.
+"""Exact drives: a route is driven again up to the same tick, and another plan is executed there.
 
-Runs of the embedded simulator are identical bit for bit, so two drives differ only from the plan onwards.
+Runs of the embedded simulator are identical bit for bit, so two drives differ only from the plan on.
 """
 
 from __future__ import annotations
@@ -46,15 +46,16 @@ class DriveSpec:
 def drive_task(
     spec: DriveSpec, route: Route, seed: int, book: PlanTable, folder: Path, *, waits: bool = False
 ) -> RouteTask:
-    """Prepare a drive that plays a book of plans back.
+    """Prepare a drive with a table of plans.
 
     Args:
         spec: Settings that all drives share.
         route: The route.
         seed: Seed of its traffic.
-        book: The plans to play back.
+        book: The plans to execute.
         folder: Folder for all files of this drive.
-        waits: If True, the vehicle waits at every standstill that is not in the book; if False, the rules decide there.
+        waits: If True, the vehicle waits at every standstill that is not in the table; if False, the rules
+            decide there.
 
     Raises:
         OutputError: The folder cannot be written.
@@ -67,7 +68,11 @@ def drive_task(
 
 
 def questions_of(folder: Path) -> tuple[LoggedQuery, ...]:
-    """Return the questions of a drive. Raises `RecordError`."""
+    """Return the queries of a drive.
+
+    Raises:
+        RecordError: The record cannot be read.
+    """
     return read_questions(folder / QUESTIONS)
 
 
@@ -82,7 +87,7 @@ class PlanTrial:
 
     @property
     def book(self) -> PlanTable:
-        """A book with only this answer; for the rules it is empty, so that they decide."""
+        """A table with only this answer. It is empty for the rules, so that they decide."""
         return PlanTable() if self.source == "rules" else PlanTable(plans={self.standstill.digest: self.plan})
 
 

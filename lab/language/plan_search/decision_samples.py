@@ -1,5 +1,6 @@
-"""Moments of drives without recovery: what the scene was, when the driver went on by itself, and which plans the guard
-would have accepted. One compressed file for each drive.
+"""Samples of drives without recovery, in one compressed file per drive.
+
+A sample has the scene, the time until the driver went on by itself, and the plans that the guard would have accepted.
 """
 
 from __future__ import annotations
@@ -29,21 +30,21 @@ from stucksolver_language.student.scene_codec import write_scene
 GONE_ON_M = 5.0
 """New progress that ends a standstill (m): the detector's own measure of progress in its window."""
 STARTED_M = 0.5
-"""The driver went on when it was this far from where it had stopped (m)."""
+"""Distance from the stop at which the driver counts as having gone on (m). Ours."""
 JUDGED_AFTER_S = (0.0, 10.0, 30.0)
-"""Plans are judged at the first moment of a standstill, and at the first after these times (s)."""
+"""Times of a standstill from which on plans are judged, at the first sample (s). Ours."""
 SUFFIX = ".jsonl.gz"
 
 
 class JudgedPlan(FrozenModel):
-    """A plan, whether the guard accepts it at this moment, and if so what it is worth at a glance (m)."""
+    """A plan, the guard's verdict at this sample, and, if accepted, its quick value (m)."""
 
     plan: RecoveryPlan
     value_m: float | None
 
 
 class DecisionSample(FrozenModel):
-    """One moment of a standstill in a drive in which only the driver drove.
+    """One sample of a standstill in a drive with the driver alone.
 
     Attributes:
         suite: Name of the suite.
@@ -54,13 +55,14 @@ class DecisionSample(FrozenModel):
         standstill: Number of the standstill in this drive, from 0.
         at_s: Time since the start of the route (s).
         scene: The scene as text of `scene_text.VERSION`.
-        gone_after_s: Time until the driver went on by itself (s); None if it did not while it was watched.
-        watched_s: How long the drive went on from here (s).
-        answer: What a reasoner answered there, from a record; None in a drive of the driver alone.
-        plans: All candidate plans with the guard's verdict; empty if they were not judged at this moment.
+        gone_after_s: Time until the driver went on by itself (s); None if it did not in the observed time.
+        watched_s: Observed time of the drive from here (s).
+        answer: The answer of a reasoner there, from a record; None in a drive of the driver alone.
+        plans: All candidate plans with the guard's verdict; empty if they were not judged at this sample.
     """
 
     version: int = 1
+    """Version of the file."""
     suite: str
     route_id: str
     seed: int
@@ -76,25 +78,25 @@ class DecisionSample(FrozenModel):
 
 
 def moments_of(suite: str, outcome: RouteOutcome, asked: Sequence[LoggedQuery], guard: Guard) -> list[DecisionSample]:
-    """Return the moments of a drive at which a reasoner was asked.
+    """Return the samples of a drive: one for each query of the reasoner.
 
     Args:
         suite: Name of the suite.
-        outcome: How the drive went.
-        asked: Its questions, in order.
+        outcome: The outcome of the drive.
+        asked: Its queries, in order.
         guard: The guard that judges the candidate plans.
     """
     found: list[DecisionSample] = []
     track = np.array(outcome.track, np.float64).reshape(-1, 2)
     number, place_m, began_s, judged = -1, -np.inf, 0.0, 0
-    # The log of questions counts simulation time; the drive's record counts from the start of the route.
+    # The log of queries counts simulation time; the drive's record counts from the start of the route.
     for question in asked:
         at_s = outcome.queries[question.number - 1].asked_s
         here_m = float(np.interp(at_s, track[:, 0], track[:, 1]))
         if here_m > place_m + GONE_ON_M:
             number, place_m, began_s, judged = number + 1, here_m, at_s, 0
         due = judged < len(JUDGED_AFTER_S) and at_s >= began_s + JUDGED_AFTER_S[judged]
-        seen = question.surroundings if due else None
+        surroundings = question.surroundings if due else None
         judged += due
         found.append(
             DecisionSample(
@@ -108,7 +110,7 @@ def moments_of(suite: str, outcome: RouteOutcome, asked: Sequence[LoggedQuery], 
                 scene=write_scene(question.scene),
                 gone_after_s=gone_after(track, at_s),
                 watched_s=round(max(float(track[-1, 0]) - at_s, 0.0), 2),
-                plans=() if seen is None else tuple(judge(question.scene, seen, guard)),
+                plans=() if surroundings is None else tuple(judge(question.scene, surroundings, guard)),
             )
         )
     return found
@@ -118,8 +120,8 @@ def gone_after(track: np.ndarray[tuple[int, ...], np.dtype[np.float64]], at_s: f
     """Return the time from `at_s` until the vehicle went on (s), or None if it did not.
 
     Args:
-        track: Times (s) and places along the route (m), ascending, (n, 2).
-        at_s: The moment (s).
+        track: Times (s) and positions along the route (m), ascending, (n, 2).
+        at_s: The time of the sample (s).
     """
     t, place = track[:, 0], track[:, 1]
     here_m = float(np.interp(at_s, t, place))
@@ -135,24 +137,24 @@ def gone_after(track: np.ndarray[tuple[int, ...], np.dtype[np.float64]], at_s: f
     return round(max(float(started_s) - at_s, 0.0), 2)
 
 
-def judge(scene: Scene, seen: Surroundings, guard: Guard) -> Iterator[JudgedPlan]:
+def judge(scene: Scene, surroundings: Surroundings, guard: Guard) -> Iterator[JudgedPlan]:
     """Yield the candidate plans of a scene, with the guard's verdict in these surroundings."""
-    view, glance = FrenetScene(seen), QuickValue(seen)
-    # In a drive that only waits the answers have no plans, so the rules are asked here.
+    view, glance = FrenetScene(surroundings), QuickValue(surroundings)
+    # The answers of a drive that only waits have no plans, so the rules are queried here.
     own = RuleReasoner().decide(ReasonerRequest(scene)).decision.plan
     for plan in dict.fromkeys((*candidates(scene), *(() if own is None else (own,)))):
         accepted = Execution(plan, guard, guided=False).start(view, scene.time_s).accepted
-        trail = _trail(plan, seen, guard) if accepted else None
+        trail = _trail(plan, surroundings, guard) if accepted else None
         yield JudgedPlan(plan=plan, value_m=None if trail is None else round(glance.value(trail), 2))
 
 
-def _trail(plan: RecoveryPlan, seen: Surroundings, guard: Guard) -> EgoTrajectory | None:
-    """Return where an accepted plan takes the ego; None if a later part cannot be driven from where it then is."""
-    trail = begin(seen)
+def _trail(plan: RecoveryPlan, surroundings: Surroundings, guard: Guard) -> EgoTrajectory | None:
+    """Return the trajectory of an accepted plan; None if a later part cannot be driven from its start."""
+    trail = begin(surroundings)
     for behavior in plan.behaviors:
         if behavior.stands_still:
             continue
-        view = FrenetScene(moved(seen, trail))
+        view = FrenetScene(moved(surroundings, trail))
         verdict, proven = guard.accept((behavior,), view, guided=False)
         if proven is None or not verdict.accepted:
             return None
@@ -161,7 +163,7 @@ def _trail(plan: RecoveryPlan, seen: Surroundings, guard: Guard) -> EgoTrajector
 
 
 def write_moments(path: Path, moments: Iterable[DecisionSample]) -> None:
-    """Write the moments of one drive.
+    """Write the samples of one drive.
 
     Raises:
         OutputError: The file cannot be written.
@@ -171,7 +173,7 @@ def write_moments(path: Path, moments: Iterable[DecisionSample]) -> None:
 
 
 def read_moments(path: Path) -> list[DecisionSample]:
-    """Return the moments of one drive.
+    """Return the samples of one drive.
 
     Raises:
         ValueError: The file is damaged, or of another version. The message has its name.
@@ -180,4 +182,4 @@ def read_moments(path: Path) -> list[DecisionSample]:
         text = gzip.decompress(path.read_bytes()).decode("utf-8")
         return [DecisionSample.model_validate_json(line) for line in text.splitlines()]
     except (OSError, EOFError, ValueError) as error:
-        raise ValueError(f"{path} holds no moments: {error}; remove it, and collect it again") from error
+        raise ValueError(f"cannot read samples: {path} ({error}). Remove the file, and collect it again") from error

@@ -1,4 +1,4 @@
-"""Where a plan takes the ego, and when: poses over time, joined from one behaviour to the next."""
+"""Trajectory of the ego under a plan: poses over time, joined from one behavior to the next."""
 
 from __future__ import annotations
 
@@ -33,25 +33,25 @@ class EgoTrajectory:
         """Time of its end (s)."""
         return float(self.t[-1])
 
-    def at(self, t_s: float) -> tuple[float, float, float]:
+    def pose_at(self, t_s: float) -> tuple[float, float, float]:
         """Return x, y (m) and heading (rad) at a time; the last pose after its end."""
         x, y, yaw = (float(np.interp(t_s, self.t, self.pose[:, k])) for k in range(3))
         return x, y, yaw
 
-    def then(self, t: Array, pose: Array, speed_mps: float) -> EgoTrajectory:
+    def extended(self, t: Array, pose: Array, speed_mps: float) -> EgoTrajectory:
         """Append poses whose times (s) count from the end of this one."""
         return EgoTrajectory(np.concatenate([self.t, self.end_s + t]), np.concatenate([self.pose, pose]), speed_mps)
 
 
-def begin(seen: Surroundings) -> EgoTrajectory:
-    """Return a trail that is only the ego's present pose."""
-    ego = seen.ego
+def begin(surroundings: Surroundings) -> EgoTrajectory:
+    """Return a trajectory of only the ego's present pose."""
+    ego = surroundings.ego
     return EgoTrajectory(np.zeros(1), np.array([[ego.x_m, ego.y_m, ego.yaw_rad]]), ego.speed_mps)
 
 
 def stand(trail: EgoTrajectory, duration_s: float) -> EgoTrajectory:
     """Append a stop of this duration (s)."""
-    return trail.then(np.array([duration_s]), trail.pose[-1:], 0.0)
+    return trail.extended(np.array([duration_s]), trail.pose[-1:], 0.0)
 
 
 def drive(trail: EgoTrajectory, proven: ProvenPlan, view: FrenetScene) -> EgoTrajectory:
@@ -63,11 +63,11 @@ def drive(trail: EgoTrajectory, proven: ProvenPlan, view: FrenetScene) -> EgoTra
     yaw = np.unwrap(road_yaw + path.heading() + (math.pi if proven.reverse else 0.0))
     yaw += 2.0 * math.pi * round((float(trail.pose[-1, 2]) - float(yaw[0])) / (2.0 * math.pi))
     speed = 0.0 if path.stops else float(profile.v[-1])
-    return trail.then(profile.t, np.column_stack([x, y, yaw]), -speed if proven.reverse else speed)
+    return trail.extended(profile.t, np.column_stack([x, y, yaw]), -speed if proven.reverse else speed)
 
 
-def moved(seen: Surroundings, trail: EgoTrajectory) -> Surroundings:
-    """Return the surroundings with the ego at the end of a trail and everybody else where they were."""
-    x, y, yaw = trail.at(trail.end_s)
-    ego = seen.ego.model_copy(update={"x_m": x, "y_m": y, "yaw_rad": yaw, "speed_mps": trail.speed_mps})
-    return seen.model_copy(update={"ego": ego})
+def moved(surroundings: Surroundings, trail: EgoTrajectory) -> Surroundings:
+    """Return the surroundings with the ego at the end of a trajectory and all others at their positions."""
+    x, y, yaw = trail.pose_at(trail.end_s)
+    ego = surroundings.ego.model_copy(update={"x_m": x, "y_m": y, "yaw_rad": yaw, "speed_mps": trail.speed_mps})
+    return surroundings.model_copy(update={"ego": ego})

@@ -1,4 +1,4 @@
-"""Grades how an exact drive continued after a standstill, and ranks the grades."""
+"""Grades the continuation of an exact drive after a standstill, and ranks the grades."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Grade(FrozenModel):
         driving_score: The route's driving score, 0 to 100.
         completion: Route completion (%).
         success: The route was driven to its end without an infraction.
-        state: How the drive ended, in the leaderboard's words.
+        state: State at the end of the drive, in the leaderboard's words.
     """
 
     recovered_after_s: float | None
@@ -40,15 +40,16 @@ class Grade(FrozenModel):
 
     @property
     def recovers(self) -> bool:
-        """True for 15 m of progress within 60 s without harm, as the evaluation counts a recovery."""
+        """True for 15 m of progress within 60 s without harm: the evaluation's definition of a recovery."""
         in_time = self.recovered_after_s is not None and self.recovered_after_s <= WITHIN_S
         return in_time and self.collisions + self.infractions == 0
 
     @property
     def rank(self) -> tuple[float, ...]:
-        """A larger rank is better: first no harm, then the recovery, near misses, the score, the time, comfort.
+        """Rank of the grade; larger is better.
 
-        The order is lexicographic, so no weight has to be chosen. Harm comes first because nothing makes up for it.
+        The order is: no harm, recovery, near misses, score, time, comfort. It is lexicographic, so no weight has to be
+        chosen. Harm comes first because no other value makes up for it.
         """
         late_s = WITHIN_S * 10 if self.recovered_after_s is None else self.recovered_after_s
         harm = -float(self.collisions), -float(self.infractions)
@@ -59,7 +60,7 @@ def grade(outcome: RouteOutcome, record: RouteRecord, motion: dict[str, Array], 
     """Grade a drive from the time `at_s` on (s since the start of the route).
 
     Args:
-        outcome: What happened.
+        outcome: The events of the drive.
         record: The scores.
         motion: The ego's motion, each array of shape (ticks, 3), as `read_metric_info` returns it.
         at_s: Time of the standstill (s).

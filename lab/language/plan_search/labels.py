@@ -13,7 +13,7 @@ from stucksolver.plan import RecoveryPlan
 from stucksolver.scene.base_model import FrozenModel
 
 Source = Literal["rules", "wait", "teacher"]
-"""Whose answer was driven: the rules' decision, waiting from here on, or a plan that the search found."""
+"""Source of the driven answer: the rules' decision, waiting from here on, or a plan that the search found."""
 
 
 class Label(FrozenModel):
@@ -22,12 +22,12 @@ class Label(FrozenModel):
     Attributes:
         standstill: Its name; `standstills/NAME.json` holds its scene.
         scenario: Type of the route's first scenario.
-        source: Whose answer it is.
+        source: Source of the answer.
         plan: The plan; None for a wait.
         value: The plan's value in the look-ahead (m); None if that was not used.
-        reached: True if the drive reached this very moment, bit for bit. If not, the line does not count.
+        reached: True if the drive reached the same tick, bit for bit. Otherwise the line does not count.
         grade: The outcome; None if the drive failed.
-        error: Why it failed.
+        error: Reason of the failure.
         drive_s: Wall time of the drive (s).
     """
 
@@ -49,7 +49,7 @@ class Label(FrozenModel):
 
 
 class LabelFile:
-    """A file with one label per line. If a process was killed while it wrote the last line, that line is dropped."""
+    """A file with one label per line. An incomplete last line of a killed process is dropped."""
 
     def __init__(self, path: Path) -> None:
         """Read the labels that the file already has.
@@ -66,7 +66,7 @@ class LabelFile:
             path.write_text("".join(f"{line}\n" for line in lines[:-1]), encoding="utf-8")
 
     def add(self, label: Label) -> None:
-        """Append a label at once.
+        """Append a label immediately.
 
         Raises:
             OSError: It cannot be written.
@@ -87,7 +87,7 @@ def _read(line: str, where: str) -> Label:
 def best(labels: Iterable[Label], *sources: Source) -> Label | None:
     """Return the label with the best grade among those of these sources (of all, if none is named), or None.
 
-    Of equal grades the first one counts.
+    The first of equal grades counts.
     """
     fitting = [label for label in labels if label.counts and (not sources or label.source in sources)]
     return max(fitting, key=lambda item: item.grade.rank if item.grade else (), default=None)

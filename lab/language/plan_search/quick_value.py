@@ -1,7 +1,7 @@
-"""A glance ahead: a plan's value without a simulator, for the many partial plans that a search compares.
+"""A quick value of a plan without a simulator, for the many partial plans that a search compares.
 
-Everybody stays where they are, or keeps their velocity if they are ahead. `lab.language.plan_search.lookahead` ranks
-the few plans that the search proposes, and needs a hundred times as long for each.
+Road users stay at their positions, or keep their velocity if they are ahead. `lab.language.plan_search.lookahead` ranks
+the few plans that the search proposes, and takes a hundred times as long for each.
 """
 
 from __future__ import annotations
@@ -17,31 +17,35 @@ from stucksolver.scene.frenet import Array
 from stucksolver.scene.frenet_scene import FrenetScene
 
 HORIZON_S = 25.0
-"""As in the look-ahead."""
+"""Length of the look-ahead (s), as in `lookahead`."""
 STEP_S = 0.2
-"""Time between the examined poses: half a metre at the usual speed of a plan."""
+"""Time between the examined poses (s): half a meter at the usual speed of a plan."""
 CRUISE_MPS = 6.0
-"""Assumed mean speed after the plan, standing start included."""
+"""Assumed mean speed after the plan, including the start from a stop (m/s). Ours."""
 NEARER_M = 0.05
-"""Someone who has not come nearer by this much was already there, and does not count."""
+"""Approach from which a road user counts (m): one that has not come nearer was already there. Ours."""
 NEAR_M = 0.3
+"""Gap of a near miss (m)."""
 CONTACT_COSTS_M, NEAR_COSTS_M = 200.0, 20.0
-"""Metres of progress that a contact and a near miss outweigh."""
+"""Meters of progress that a contact and a near miss outweigh. Ours."""
 MOST_PROGRESS_M = 60.0
+"""Largest progress that counts (m). Ours."""
 BESIDE_M = 0.3
-"""Someone this far beside the ego's body does not end the free way ahead."""
+"""Lateral distance from the ego's body from which a road user does not end the free path ahead (m). Ours."""
 
 
 class QuickValue:
-    """Ranks trails from one moment."""
+    """Ranks trajectories from one standstill."""
 
-    def __init__(self, seen: Surroundings) -> None:
-        self._seen = seen
-        self._view = FrenetScene(seen)
-        rows = [(o.x_m, o.y_m, o.yaw_rad, o.vx_mps, o.vy_mps, o.length_m / 2, o.width_m / 2) for o in seen.objects]
+    def __init__(self, surroundings: Surroundings) -> None:
+        self._surroundings = surroundings
+        self._view = FrenetScene(surroundings)
+        rows = [
+            (o.x_m, o.y_m, o.yaw_rad, o.vx_mps, o.vy_mps, o.length_m / 2, o.width_m / 2) for o in surroundings.objects
+        ]
         self._x, self._y, self._yaw, self._vx, self._vy, *half = np.array(rows, np.float64).reshape(-1, 7).T
         self._half = half[0], half[1]
-        ego = seen.ego
+        ego = surroundings.ego
         ahead = (self._x - ego.x_m) * math.cos(ego.yaw_rad) + (self._y - ego.y_m) * math.sin(ego.yaw_rad)
         # Traffic behind would brake for a stationary vehicle.
         self._rolls = ahead >= 0.0
@@ -62,12 +66,12 @@ class QuickValue:
         """Return the gaps (n, objects) (m) at times and poses, if all ahead move with this share of their velocity."""
         on = share * np.where(self._rolls, t[:, None], 0.0)
         theirs = self._x + on * self._vx, self._y + on * self._vy, self._yaw
-        half = self._seen.ego.length_m / 2, self._seen.ego.width_m / 2
+        half = self._surroundings.ego.length_m / 2, self._surroundings.ego.width_m / 2
         return separation((pose[:, :1], pose[:, 1:2], pose[:, 2:]), half, theirs, self._half)
 
     def _progress(self, trail: EgoTrajectory) -> float:
-        """Return the distance along the route at the end of the horizon (m): the trail, and the free way after it."""
-        end = FrenetScene(moved(self._seen, trail))
+        """Return the distance along the route at the end of the horizon (m): trajectory and free path after it."""
+        end = FrenetScene(moved(self._surroundings, trail))
         rest_s = max(HORIZON_S - trail.end_s, 0.0)
         ahead = end.s - end.along - (end.ego_s + end.ego.length_m / 2)
         in_the_way = (np.abs(end.d) - end.across < end.ego.width_m / 2 + BESIDE_M) & (end.s > end.ego_s)

@@ -1,6 +1,7 @@
-"""Makes moments of records of interventions: the scenes of a user's own drives, with the answers of any reasoner.
+"""Converts records of interventions to samples: the scenes of a user's own drives, with the answers of any reasoner.
 
-Such a moment says what a reasoner answered and not how the drive went on, so only the answer is learnt from it.
+Such a sample contains the answer of a reasoner and not the continuation of the drive, so only the answer is learned
+from it.
 """
 
 from __future__ import annotations
@@ -21,11 +22,11 @@ SUITE, UNKNOWN = "records", "unknown"
 
 
 def collect_records(folder: Path, out: Path) -> int:
-    """Write the moments of all records below a folder, one file for each, and return how many answers there were.
+    """Write the samples of all records below a folder, one file for each; return the number of answers.
 
     Args:
         folder: Folder with records, at any depth.
-        out: Folder for the moments.
+        out: Folder for the samples.
 
     Raises:
         RecordError: There is no record, or one was changed.
@@ -33,7 +34,7 @@ def collect_records(folder: Path, out: Path) -> int:
     """
     paths = sorted(path for path in folder.rglob("*.jsonl") if _is_record(path))
     if not paths:
-        raise RecordError(f"{folder} has no record of an intervention: drive with `evaluate --record` first")
+        raise RecordError(f"no record of an intervention: {folder}. Drive with `evaluate --record` first")
     count = 0
     for path in paths:
         name = hashlib.sha256(path.relative_to(folder).as_posix().encode()).hexdigest()[:12]
@@ -50,11 +51,11 @@ def _is_record(path: Path) -> bool:
 
 
 def moments_in(path: Path, name: str) -> Iterator[DecisionSample]:
-    """Yield a moment for each question of a record that was answered.
+    """Yield a sample for each answered query of a record.
 
     Args:
         path: The record.
-        name: Its name in the moments.
+        name: Its name in the samples.
 
     Raises:
         RecordError: The record was changed.

@@ -1,4 +1,4 @@
-"""The gain over the rules that a search has found: a lower bound of the possible gain, with the work spent."""
+"""The gain over the rules that a search has found: a lower bound of the possible gain, with the work for it."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class GainRow:
 
     @property
     def top(self) -> Grade:
-        """The grade of the best drive."""
+        """Grade of the best drive."""
         assert self.best.grade is not None
         return self.best.grade
 
@@ -105,7 +105,7 @@ def page(manifest: PlanSearchManifest, labels: Sequence[Label], searches: Sequen
 
 
 def budget(labels: Sequence[Label], searches: Sequence[SearchRecord]) -> str:
-    """Return a sentence about the work spent."""
+    """Return a sentence about the work."""
     failed = sum(label.grade is None for label in labels)
     missed = sum(label.grade is not None and not label.reached for label in labels)
     forks, fork_s = sum(search.forks for search in searches), sum(search.fork_s for search in searches)
@@ -122,12 +122,20 @@ DETAIL = ("Rules", "Waiting", "Best", "Whose plan", "Plan")
 
 def _details(rows: Sequence[GainRow]) -> list[tuple[str, ...]]:
     return [
-        (row.name, row.scenario, _said(row.rules), _said(row.wait), _said(row.top), row.best.source, _plan(row.best))
+        (
+            row.name,
+            row.scenario,
+            _summary(row.rules),
+            _summary(row.wait),
+            _summary(row.top),
+            row.best.source,
+            _plan(row.best),
+        )
         for row in rows
     ]
 
 
-def _said(grade: Grade) -> str:
+def _summary(grade: Grade) -> str:
     after = "not recovered" if grade.recovered_after_s is None else f"{grade.recovered_after_s:.0f} s"
     harm = grade.collisions + grade.infractions + grade.near_misses
     return f"{after}, DS {grade.driving_score:.1f}" + (f", harm {harm}" if harm else "")
@@ -136,11 +144,11 @@ def _said(grade: Grade) -> str:
 def _plan(label: Label) -> str:
     if label.plan is None:
         return "wait"
-    said = []
+    parts = []
     for behavior in label.plan.behaviors:
         parameters = behavior.model_dump(exclude={"name"}, exclude_none=True)
-        said.append(f"{behavior.name}({', '.join(f'{name}={value}' for name, value in parameters.items())})")
-    return " > ".join(said)
+        parts.append(f"{behavior.name}({', '.join(f'{name}={value}' for name, value in parameters.items())})")
+    return " > ".join(parts)
 
 
 def _by_type(rows: Sequence[GainRow]) -> list[tuple[str, ...]]:
@@ -160,7 +168,7 @@ def _sums(name: str, rows: Sequence[GainRow]) -> tuple[str, ...]:
 
 
 def _seconds(rows: Sequence[GainRow]) -> tuple[str, str]:
-    """Return the mean time to recover of the rules and of the best, where both recovered."""
+    """Return the mean time to recover of the rules and of the best, over the standstills at which both recovered."""
     pairs = [
         (row.rules.recovered_after_s, row.top.recovered_after_s)
         for row in rows

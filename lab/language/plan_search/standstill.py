@@ -1,4 +1,4 @@
-"""A standstill: the moment at which the vehicle has stopped, the detector has fired, and a reasoner is asked."""
+"""A standstill: the sample at which the vehicle has stopped, the detector has fired, and a reasoner is queried."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from stucksolver.scene import Scene, Surroundings
 from stucksolver.scene.base_model import FrozenModel
 
 SCREENED_BY = "rules"
-"""Who answers if the ladder first checks whether to wait, so that the reasoner itself is not asked."""
+"""Source of the answer if the ladder first checks whether to wait, so that the reasoner itself is not queried."""
 
 
 class Standstill(FrozenModel):
-    """One standstill. The first seven fields identify it: the same drive reaches the same moment again.
+    """One standstill. The first seven fields identify it: the same drive reaches the same tick again.
 
     Attributes:
         suite: Name of the suite.
@@ -28,7 +28,7 @@ class Standstill(FrozenModel):
         town: The map.
         at_s: Time since the start of the route (s).
         scene: The scene that the reasoner gets.
-        surroundings: What the guard sees at this tick, in the map's right-handed frame.
+        surroundings: The guard's input at this tick, in the map's right-handed frame.
         rules: The rules' decision.
     """
 
@@ -47,15 +47,15 @@ class Standstill(FrozenModel):
 
     @property
     def name(self) -> str:
-        """A short name, unique within a suite and a driver, for files and messages."""
+        """Short name, unique within a suite and a driver, for files and messages."""
         return f"{self.route_id}-{self.seed}-{self.digest}"
 
 
 def moments(questions: Sequence[LoggedQuery]) -> tuple[LoggedQuery, ...]:
-    """Return the questions of a drive that are standstills: the first one that reached the reasoner itself, and the
-    first one for which the rules had a plan.
+    """Return the queries of a drive that are standstills.
 
-    Before that, every answer was to wait, so the driver has driven alone. Both may be the same question.
+    They are the first one that reached the reasoner itself, and the first one for which the rules had a plan. Before
+    that, every answer was to wait, so the driver has driven alone. Both may be the same query.
     """
     asked = [
         question for question in questions if question.reasoner != SCREENED_BY and question.surroundings is not None
@@ -66,5 +66,5 @@ def moments(questions: Sequence[LoggedQuery]) -> tuple[LoggedQuery, ...]:
 
 
 def digest_of(question: LoggedQuery) -> str:
-    """Return the digest that identifies the same moment in another drive."""
+    """Return the digest that identifies the same tick in another drive."""
     return scene_digest(question.scene)

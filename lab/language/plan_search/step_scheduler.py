@@ -1,4 +1,4 @@
-"""Runs steps in parallel that lead to further steps, and finishes what has been begun before it begins more."""
+"""Runs steps in parallel that lead to further steps, and finishes steps in progress before it starts new ones."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from typing import Any
 
 
 class StepStage(IntEnum):
-    """The order of precedence: the smallest first."""
+    """The order of precedence, smallest first."""
 
     EXACT = 0
     SEARCH = 1
@@ -26,19 +26,19 @@ class Step:
 
     Attributes:
         stage: Its precedence.
-        run: Does the work, in a thread of its own. Its argument returns False once the work is no longer wanted.
-        then: Takes the result in the caller's thread, and returns the steps that follow.
+        run: Does the work, in a separate thread. Its argument returns False once the work is no longer wanted.
+        next_steps: Takes the result in the caller's thread, and returns the steps that follow.
     """
 
     stage: StepStage
     run: Callable[[Callable[[], bool]], Any]
-    then: Callable[[Any], Iterable[Step]]
+    next_steps: Callable[[Any], Iterable[Step]]
 
 
 def run_steps(steps: Iterable[Step], at_once: int) -> None:
-    """Run steps and all that follow from them, `at_once` in parallel. The first error ends the others, and is raised.
+    """Run steps and all that follow from them, `at_once` in parallel.
 
-    Among steps of one stage the earlier ones come first.
+    The first error ends the others, and is raised. Among steps of one stage the earlier ones come first.
     """
     count, ending = itertools.count(), threading.Event()
     ready = [(step.stage, next(count), step) for step in steps]
@@ -51,7 +51,7 @@ def run_steps(steps: Iterable[Step], at_once: int) -> None:
                     step = heapq.heappop(ready)[2]
                     running[threads.submit(step.run, lambda: not ending.is_set())] = step
                 for future in wait(running, return_when=FIRST_COMPLETED).done:
-                    for following in running.pop(future).then(future.result()):
+                    for following in running.pop(future).next_steps(future.result()):
                         heapq.heappush(ready, (following.stage, next(count), following))
         finally:
             ending.set()

@@ -1,11 +1,13 @@
-"""Collects moments: drives suites with the driver alone, and keeps when it went on by itself.
+"""Collects samples: drives suites with the driver alone, and stores the times at which it went on by itself.
 
 The folder:
 
+```
 moments.json                       the options
-moments/SUITE/ROUTE-SEED.jsonl.gz  the moments of one drive; empty if nothing was asked there
+moments/SUITE/ROUTE-SEED.jsonl.gz  the samples of one drive; empty without a query
+```
 
-A drive whose file is there is done, so the same command continues what was interrupted.
+A drive with a file is done, so the same command continues an interrupted collection.
 """
 
 from __future__ import annotations
@@ -31,18 +33,22 @@ from stucksolver_eval.runner.route_process import RouteTask, run_task
 
 MANIFEST, MOMENTS, DRIVES = "moments.json", "moments", "drives"
 LIMIT_S = 120.0
-"""A drive ends at this time: a standstill then has been watched for much longer than the student looks ahead."""
+"""Time limit of a drive (s). Ours.
+
+A standstill is then observed for much longer than the student looks ahead.
+"""
 Say = Callable[[str], None]
 
 
 class WaitingError(RuntimeError):
-    """The folder cannot be continued; the message says why and what to do."""
+    """The folder cannot be continued; the message has the reason and the remedy."""
 
 
 class WaitingManifest(FrozenModel):
     """The options of a folder. It continues only with the same ones; suites and seeds may be added."""
 
     version: int = 1
+    """Version of the file."""
     driver: str
     ladder: str
     limit_s: float
@@ -50,7 +56,7 @@ class WaitingManifest(FrozenModel):
 
 @dataclass(frozen=True)
 class WaitingSpec:
-    """What to drive.
+    """The drives to collect.
 
     Attributes:
         suite: Name of the suite.
@@ -66,14 +72,15 @@ class WaitingSpec:
     seeds: tuple[int, ...]
     out: Path
     jobs: int = 2
+    """Number of drives in parallel. Ours."""
     drives: DriveSpec = field(default_factory=lambda: DriveSpec(limit_s=LIMIT_S))
 
 
 def collect_waits(spec: WaitingSpec, say: Say) -> list[str]:
-    """Drive everything that is not done yet, and return a line for each route that could not be driven.
+    """Drive all remaining routes, and return a line for each route that could not be driven.
 
     Args:
-        spec: What to drive.
+        spec: The drives.
         say: Called with each line of progress.
 
     Raises:
@@ -89,7 +96,7 @@ def collect_waits(spec: WaitingSpec, say: Say) -> list[str]:
 
         def drive(task: RouteTask, progress: Callable[[float], None], wanted: Callable[[], bool]) -> RouteOutcome:
             outcome = run_task(task, progress, wanted)
-            _kept(spec, task, outcome, readers)
+            _store_samples(spec, task, outcome, readers)
             return outcome
 
         for news in run_tasks(tasks, spec.jobs, drive):
@@ -112,7 +119,9 @@ def _begin(spec: WaitingSpec) -> None:
     if not path.exists():
         write_text(path, manifest.model_dump_json(indent=1) + "\n")
     elif WaitingManifest.model_validate_json(path.read_text(encoding="utf-8")) != manifest:
-        raise WaitingError(f"{path} was begun with other options; choose another --out, or use the same ones")
+        raise WaitingError(
+            f"the folder was begun with other options: {path}. Choose another --out, or use the same options"
+        )
 
 
 def _file(spec: WaitingSpec, route_id: str, seed: int) -> Path:
@@ -121,12 +130,12 @@ def _file(spec: WaitingSpec, route_id: str, seed: int) -> Path:
 
 def _task(spec: WaitingSpec, route: Route, seed: int) -> RouteTask:
     folder = spec.out / DRIVES / f"{spec.suite}-{route.id}-{seed}"
-    # With an empty book every answer is to wait, so the driver drives alone.
+    # The table is empty, so every answer is to wait and the driver drives alone.
     return drive_task(spec.drives, route, seed, PlanTable(), folder, waits=True)
 
 
-def _kept(spec: WaitingSpec, task: RouteTask, outcome: RouteOutcome, readers: Executor) -> None:
-    """Keep the moments of a drive, and remove everything else. A drive that failed is driven again next time."""
+def _store_samples(spec: WaitingSpec, task: RouteTask, outcome: RouteOutcome, readers: Executor) -> None:
+    """Store the samples of a drive, and remove everything else. A failed drive is repeated next time."""
     if outcome.state == "driven":
         path = _file(spec, outcome.route_id, outcome.seed)
         readers.submit(keep, spec.suite, spec.drives.ladder, task.folder, outcome, path).result()
@@ -134,6 +143,6 @@ def _kept(spec: WaitingSpec, task: RouteTask, outcome: RouteOutcome, readers: Ex
 
 
 def keep(suite: str, ladder: Path | None, folder: Path, outcome: RouteOutcome, path: Path) -> None:
-    """Write the moments of a drive. Runs in a process of its own, since it asks the guard thousands of questions."""
+    """Write the samples of a drive. It runs in a separate process, because it queries the guard thousands of times."""
     guard = Guard(find_ladder(ladder or "evaluation").guard_policy())
     write_moments(path, moments_of(suite, outcome, questions_of(folder), guard))

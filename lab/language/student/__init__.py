@@ -1,1 +1,1 @@
-"""Trains, scores and exports the student. Needs torch."""
+"""Trains, scores and exports the student. It requires torch."""

@@ -1,4 +1,4 @@
-"""Batches of examples as tensors, with noise of age, place and missing objects while training."""
+"""Batches of examples as tensors; in training with noise of age and position, and with missing objects."""
 
 from __future__ import annotations
 
@@ -15,13 +15,16 @@ from lab.language.student.net import KINDS
 from stucksolver_language.student.feature_encoding import MOST, SLOTS, Floats
 
 NOISE = 0.08
-"""Standard deviation of the noise on measured numbers: some 0.2 s in 2 s, 0.2 m at 2 m, 2 m at 20 m."""
+"""Standard deviation of the noise on measured numbers. Ours.
+
+It is about 0.2 s in 2 s, 0.2 m at 2 m, 2 m at 20 m.
+"""
 DROPPED = 0.1
-"""Share of the objects and lanes that are missing."""
+"""Share of the objects and lanes that are missing. Ours."""
 UNSEEN = 0.1
-"""Share of the objects of which nothing is known but kind and place: how long they stand is 0 and unknown."""
+"""Share of the objects with only kind and position: their stopped time is 0 and unknown. Ours."""
 MOST_PLANS = 48
-"""Plans of one example that are looked at in one step."""
+"""Maximum number of plans of one example in one step. Ours."""
 
 
 @dataclass(frozen=True)
@@ -85,7 +88,7 @@ def batch_of(examples: Sequence[Example], rng: np.random.Generator | None = None
 
 
 def _chosen(example: Example, rng: np.random.Generator | None) -> NDArray[np.int64]:
-    """Return which plans of an example are looked at: all that the guard accepts or that fit, and some others."""
+    """Return the used plans of an example: all that the guard accepts or that fit, and some others."""
     count = len(example.accepted)
     if rng is None or count <= MOST_PLANS:
         return np.arange(count)
@@ -111,4 +114,4 @@ def _noisy(
 
 
 AGES = slice(-13, -7)
-"""Columns of an object's row that say for how long it has been seen, stood and not moved."""
+"""Columns of an object's row with the times for which it has been visible, stopped and not moved."""

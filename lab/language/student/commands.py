@@ -1,4 +1,4 @@
-"""What `python -m lab distill train`, `eval` and `export` do."""
+"""Implements `python -m lab distill train`, `eval` and `export`."""
 
 from __future__ import annotations
 
@@ -38,15 +38,17 @@ class StudentJob:
     out: Path
     apart: tuple[str, ...] = ("motorway",)
     minutes: float = 5.0
+    """Training time (min). Ours."""
     steps: int | None = None
     seed: int = 1
+    """Seed of the weights, the order and the noise."""
 
 
 def train(asked: StudentJob, say: Say) -> Path:
-    """Train, calibrate, export and score a student, and return the path of its card. Needs torch.
+    """Train, calibrate, export and score a student, and return the path of its card. It requires torch.
 
     Raises:
-        ValueError: There are no moments, or a file of them is damaged.
+        ValueError: There are no samples, or a file of them is damaged.
         ExportError: The exported network differs from the trained one.
     """
     from lab.language.student.export import export
@@ -67,14 +69,18 @@ def train(asked: StudentJob, say: Say) -> Path:
 
 
 def _rewritten(card: Card, folder: Path, **changes: Any) -> Card:
-    """Return a card with some values changed, after it has been written to a folder."""
+    """Write a card with some values changed to a folder, and return it."""
     changed = card.model_copy(update=changes)
     (folder / CARD).write_text(card_text(changed), encoding="utf-8")
     return changed
 
 
 def score(data: Sequence[Path], weights: Path, out: Path, apart: Sequence[str], say: Say) -> dict[str, Any]:
-    """Score the weights of a folder on moments, and write the figures to another one. Raises `ValueError`."""
+    """Score the weights of a folder on samples, and write the metrics to another one.
+
+    Raises:
+        ValueError: There are no samples, or a file of them is damaged.
+    """
     return evaluate(weights, out, _groups(data, apart, 1), say)
 
 
@@ -96,7 +102,11 @@ def evaluate(weights: Path, out: Path, groups: dict[str, list[Example]], say: Sa
 
 
 def copy_to(weights: Path, out: Path) -> Path:
-    """Check the weights of a folder and copy what the runtime needs to another one. Raises `WeightsError`."""
+    """Check the weights of a folder and copy the files for the runtime to another one.
+
+    Raises:
+        StudentWeightsError: The weights cannot be used.
+    """
     card = StudentNetwork(weights).card
     out.mkdir(parents=True, exist_ok=True)
     (out / WEIGHTS).write_bytes((weights / WEIGHTS).read_bytes())
@@ -109,12 +119,12 @@ def _groups(data: Sequence[Path], apart: Sequence[str], seed: int) -> dict[str, 
     for example in examples(files_in(data), vocabulary(), apart, seed):
         found.setdefault(example.group, []).append(example)
     if not found:
-        raise ValueError("there are no moments in these folders: run `python -m lab distill collect --waits` first")
+        raise ValueError("no samples in these folders. Run `python -m lab distill collect --waits` first")
     return found
 
 
 def _trained(asked: StudentJob, groups: dict[str, list[Example]]) -> dict[str, Any]:
-    """Return for people how the weights were made: the command without folders of this machine, and the data."""
+    """Return the origin of the weights for people: the command without folders of this machine, and the data."""
     command = ["stucksolver", "distill", "train", "--data", "DIR", "--seed", str(asked.seed)]
     command += ["--steps", str(asked.steps)] if asked.steps else ["--minutes", f"{asked.minutes:g}"]
     moments = [group.moment for group in groups.get("train", ()) if group.hold >= 0]

@@ -1,8 +1,8 @@
-"""Examples for the student, made from collected moments: numbers, labels, and where each belongs.
+"""Examples for the student, from collected samples: numbers, labels, and the group of each.
 
-The rules are asked here for what they would answer: they teach the wording of the chain (why waiting is right, what
-each object is about to do) and which plan fits a passenger's words. Whether the wait ends, what the cause is and which
-plans the guard accepts is known from the drives.
+The rules are queried here for their answers. They teach the wording of the chain (the reason of a wait, the next action
+of each object) and the plan that fits a passenger's utterance. The end of the wait, the cause and the plans that the
+guard accepts are known from the drives.
 """
 
 from __future__ import annotations
@@ -32,36 +32,39 @@ from stucksolver_language.student.scene_codec import read_scene
 from stucksolver_language.student.vocabulary import Vocabulary
 
 WORTH_M = 10.0
-"""Unit of a plan's value (m)."""
+"""Unit of a plan's value (m). Ours."""
 TUNED = 10
-"""One of so many drives is not trained on, but calibrates the probabilities."""
+"""One of this many drives is not trained on, but calibrates the probabilities. Ours."""
 BEGUN_S = 3.0
-"""A vehicle that stands before this time has not set off at all (s): that its wait ends is no achievement to know."""
+"""Time before which a stopped vehicle has not set off at all (s). Ours.
+
+The end of such a wait is trivial to predict.
+"""
 BLURRED = 0.3
-"""Share of the moments that are also learnt as the prompt of a language model tells them, which is less exact."""
+"""Share of the samples that are also learned in the less exact form of a language model's prompt. Ours."""
 LEAST_M = -30.0
-"""A plan that looks worse than this is simply bad (m)."""
+"""Least value of a plan that is distinguished (m). Ours; lower ones are equally bad."""
 WORDS_EACH = 3
-"""Requests by a passenger that are tried at each moment whose plans were judged."""
+"""Number of requests by a passenger that are tried at each sample whose plans were judged. Ours."""
 
 
 @dataclass(frozen=True)
 class Example:
-    """One moment as numbers, with its labels; -1 where a label is not known.
+    """One sample as numbers, with its labels; -1 for an unknown label.
 
     Attributes:
-        group: As `held_out` says.
+        group: Result of `held_out`.
         scene: The scene as numbers.
         ends: For each interval of `TIMES_S`: 1 the wait ended in it, 0 it lasted longer, -1 not known (5,).
-        cause, hold: Index of the label. The cause is that of the rules, and where they do not know it that of the
-            scenario: there are too few types of scenarios to learn all causes from them.
-        true_cause: What the scenario says, for the scores; -1 if it does not.
+        cause, hold: Index of the label. The cause is that of the rules, or of the scenario if the rules have none:
+            there are too few types of scenarios to learn all causes from them.
+        true_cause: Cause of the scenario, for the scores; -1 without one.
         intents: Index of the label for each row of objects (rows,).
         plans, named: The candidate plans as numbers.
         accepted: 1, 0, or -1 for each plan (plans,).
-        value: Worth of each plan in `WORTH_M`; NaN if not known (plans,).
+        value: Value of each plan in `WORTH_M`; NaN if not known (plans,).
         fitting: True for the plans of the same kind as the rules' plan (plans,); all False if they have none.
-        rules_cause, rules_hold: What the rules answered.
+        rules_cause, rules_hold: Answers of the rules.
     """
 
     group: str
@@ -82,14 +85,14 @@ class Example:
 
 
 def held_out(moment: DecisionSample, apart: Sequence[str], share: int = 5) -> str:
-    """Return to which group a moment belongs: `train`, `tune` (for the temperature only), `types`, `maps` or `routes`.
+    """Return the group of a sample: `train`, `tune` (for the temperature only), `types`, `maps` or `routes`.
 
     Variants of one situation (`…TwoWays`, `…V2`) stay together.
 
     Args:
-        moment: The moment.
+        moment: The sample.
         apart: Maps, and routes as `SUITE/ID`, that are held out as a whole.
-        share: One of so many families of scenario types is held out.
+        share: One of this many families of scenario types is held out.
     """
     if moment.town in apart:
         return "maps"
@@ -106,12 +109,12 @@ def _number(text: str) -> int:
 
 
 def files_in(folders: Iterable[Path]) -> list[Path]:
-    """Return the files of moments in folders that `python -m lab distill collect --waits` filled, in order."""
+    """Return the files of samples in folders that `python -m lab distill collect --waits` filled, in order."""
     return sorted(path for folder in folders for path in folder.rglob("*.jsonl.gz"))
 
 
 def examples(paths: Iterable[Path], words: Vocabulary, apart: Sequence[str], seed: int) -> Iterator[Example]:
-    """Yield the examples of files of moments.
+    """Yield the examples of files of samples.
 
     Raises:
         ValueError: A file is damaged. The message has its name.
@@ -132,23 +135,23 @@ def examples(paths: Iterable[Path], words: Vocabulary, apart: Sequence[str], see
 
 
 def example(moment: DecisionSample, scene: Scene, group: str, words: Vocabulary) -> Example:
-    """Return one moment as an example, as nobody has said anything."""
+    """Return one sample as an example, without an utterance."""
     rules = RuleReasoner().decide(ReasonerRequest(scene)).decision
-    said = moment.answer or rules
+    decision = moment.answer or rules
     encoded = encode(scene)
-    kept = [plan for plan in moment.plans if leads_on(plan.plan)]
-    judged = [item.value_m for item in kept]
-    plans = [item.plan for item in kept] or _answered(moment, scene)
+    judged_plans = [plan for plan in moment.plans if leads_on(plan.plan)]
+    judged = [item.value_m for item in judged_plans]
+    plans = [item.plan for item in judged_plans] or _answered(moment, scene)
     unjudged = len(plans) - len(judged)
     rows, named = encode_plans(plans, encoded.ids, words)
     stuck = moment.gone_after_s is None and moment.watched_s >= TIMES_S[-1]
     true = CAUSE_OF.get(moment.scenario) if stuck else None
-    told = said.analysis.cause
-    cause = true if told in (None, CauseCode.UNKNOWN) else told
+    known_cause = decision.analysis.cause
+    cause = true if known_cause in (None, CauseCode.UNKNOWN) else known_cause
     intents = np.full(MOST["objects"], -1, np.int64)
-    seen = {participant.object_id: participant.intent for participant in said.observation.participants}
+    intent_by_id = {participant.object_id: participant.intent for participant in decision.observation.participants}
     for row, name in enumerate(encoded.ids):
-        intents[row] = INTENTS.index(seen.get(name))
+        intents[row] = INTENTS.index(intent_by_id.get(name))
     return Example(
         group=group,
         moment=moment,
@@ -156,13 +159,13 @@ def example(moment: DecisionSample, scene: Scene, group: str, words: Vocabulary)
         ends=ends_of(moment.gone_after_s, moment.watched_s),
         cause=-1 if cause is None else CAUSES.index(cause),
         true_cause=-1 if true is None else CAUSES.index(true),
-        hold=HOLDS.index(said.analysis.wait),
+        hold=HOLDS.index(decision.analysis.wait),
         intents=intents,
         plans=rows,
         named=named,
         accepted=np.array([*(int(item is not None) for item in judged), *[-1] * unjudged], np.int64),
         value=np.array([*map(_worth, judged), *[math.nan] * unjudged], np.float32),
-        fitting=_fitting(plans, said.plan),
+        fitting=_fitting(plans, decision.plan),
         rules_cause=-1 if rules.analysis.cause is None else CAUSES.index(rules.analysis.cause),
         rules_hold=HOLDS.index(rules.analysis.wait),
     )
@@ -183,8 +186,8 @@ def ends_of(gone_after_s: float | None, watched_s: float) -> NDArray[np.int64]:
     """Return for each interval of `TIMES_S` whether the wait ended in it (1), lasted longer (0), or is not known (-1).
 
     Args:
-        gone_after_s: When it ended (s); None if it did not.
-        watched_s: How long it was watched (s).
+        gone_after_s: Time of its end (s); None if it did not end.
+        watched_s: Observed time (s).
     """
     found = np.full(len(TIMES_S), -1, np.int64)
     for number, until_s in enumerate(TIMES_S):
@@ -204,16 +207,16 @@ def _requests() -> list[Interpretation]:
 
 
 def _guided(moment: DecisionSample, scene: Scene, group: str, words: Vocabulary, reading: Interpretation) -> Example:
-    """Return the moment after a passenger asked for something. Only which plan fits is learnt from it."""
-    told = Guidance(text="", time_s=scene.time_s, reading=reading)
-    asked = scene.model_copy(update={"guidance": told})
+    """Return the sample after a passenger's request. Only the fitting plan is learned from it."""
+    guidance = Guidance(text="", time_s=scene.time_s, reading=reading)
+    asked = scene.model_copy(update={"guidance": guidance})
     found = example(moment, asked, group, words)
     unknown = np.full_like(found.ends, -1)
     return replace(found, ends=unknown, cause=-1, true_cause=-1, hold=-1)
 
 
 def _fitting(plans: Sequence[RecoveryPlan], wanted: RecoveryPlan | None) -> NDArray[np.bool_]:
-    """Return which plans are of the same kind as a plan: the same behaviours with the same objects and choices."""
+    """Return which plans are of the same kind as a plan: the same behaviors with the same objects and choices."""
     if wanted is None:
         return np.zeros(len(plans), np.bool_)
     kind = kind_of(wanted)
@@ -221,6 +224,6 @@ def _fitting(plans: Sequence[RecoveryPlan], wanted: RecoveryPlan | None) -> NDAr
 
 
 def kind_of(plan: RecoveryPlan) -> tuple[tuple[object, ...], ...]:
-    """Return what a plan does, without its numbers and its standing behaviours."""
+    """Return the kind of a plan, without its numbers and its standing behaviors."""
     moving = [behavior for behavior in plan.behaviors if not behavior.stands_still]
     return tuple(tuple(v for _, v in obj if isinstance(v, str)) for obj in moving)

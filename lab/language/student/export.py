@@ -20,19 +20,20 @@ from stucksolver_language.student.network import CARD, WEIGHTS, Card, card_text,
 from stucksolver_language.student.vocabulary import Vocabulary
 
 OPSET = 17
+"""Version of the ONNX operator set."""
 TOLERANCE = 1e-3
-"""Largest allowed difference between the logits of onnxruntime and torch."""
+"""Largest allowed difference between the logits of onnxruntime and torch. Ours."""
 TRIED = 16
-"""Number of examples on which both are compared."""
+"""Number of examples on which both are compared. Ours."""
 INPUTS = (*KINDS, "mask", "plans", "named")
 
 
 class ExportError(RuntimeError):
-    """The exported and the trained network differ, so it must not be used."""
+    """The exported and the trained network differ, so the exported one must not be used."""
 
 
 class _Flat(nn.Module):
-    """The network with one argument for each input, as onnx has them."""
+    """The network with one argument for each input, as in ONNX."""
 
     def __init__(self, net: StudentNet) -> None:
         super().__init__()
@@ -65,7 +66,7 @@ def export(
     file = out / WEIGHTS
     inputs = _inputs(tried[0])
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # the exporter that needs no further package warns that it is deprecated
+        warnings.simplefilter("ignore")  # the exporter that requires no further package warns that it is deprecated
         torch.onnx.export(
             flat,
             tuple(torch.from_numpy(row) for row in inputs.values()),
@@ -106,4 +107,4 @@ def _compare(flat: _Flat, file: Path, tried: Sequence[Example]) -> None:
         found = session.run(list(OUTPUTS), inputs)
         off = max(float(np.abs(a.numpy() - b).max()) for a, b in zip(wanted, found, strict=True))
         if off > TOLERANCE:
-            raise ExportError(f"{file}: onnxruntime and torch differ by {off:.4f}; do not use it")
+            raise ExportError(f"onnxruntime and torch differ by {off:.4f}: {file}. Do not use this file")

@@ -1,8 +1,8 @@
-"""Scores the way from a passenger's sentence to the student's plan: is it of the kind that the sentence asks for?
+"""Scores the student's plan after a passenger's sentence: whether it is of the kind that the sentence requests.
 
-Each sentence is said at moments of collected drives at which the guard accepted some plan of that kind while nobody
-spoke. The reader reads it, and the student decides with that reading. Beside it the student decides with the reading
-that the sentence's author gave, which shows what of the misses is the reader's. Needs no torch.
+Each sentence is used at samples of collected drives at which the guard accepted a plan of that kind without guidance.
+The interpreter interprets it, and the student decides with the interpretation. In comparison, the student decides with
+the meaning that the sentence's author gave, which shows the interpreter's share of the misses. It requires no torch.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ from stucksolver_language.student.candidates import leads_on
 from stucksolver_language.student.scene_codec import read_scene
 
 PER_SENTENCE = 5
-"""At most so many moments for each sentence, spread evenly over those that fit."""
+"""Maximum number of samples for each sentence, spread evenly over the fitting ones. Ours."""
 
 
 @dataclass(frozen=True)
 class Sentence:
-    """A sentence with what its author meant."""
+    """A sentence with its author's meaning."""
 
     text: str
     situation: str
@@ -38,7 +38,7 @@ class Sentence:
 
 @dataclass(frozen=True)
 class PlanSample:
-    """A moment of a drive: the scene, and the plans that the guard accepted there."""
+    """A sample of a drive: the scene, and the plans that the guard accepted there."""
 
     scene: Scene
     accepted: tuple[RecoveryPlan, ...]
@@ -48,7 +48,7 @@ def sentences_in(files: Sequence[Path]) -> list[Sentence]:
     """Return the sentences in files such as results/words/blind-1.jsonl.
 
     Raises:
-        ValueError: A line is no such sentence. The message has its place.
+        ValueError: A line is no such sentence. The message has its position.
     """
     lines = [(path, k, line) for path in files for k, line in enumerate(path.read_text("utf-8").splitlines(), 1)]
     return [_sentence(line, f"{path}:{number}") for path, number, line in lines]
@@ -56,23 +56,23 @@ def sentences_in(files: Sequence[Path]) -> list[Sentence]:
 
 def _sentence(line: str, where: str) -> Sentence:
     try:
-        said = json.loads(line)
-        intent, side = GuidanceIntent(said["intent"]), said["side"]
+        item = json.loads(line)
+        intent, side = GuidanceIntent(item["intent"]), item["side"]
         meant = Interpretation(intent=intent, likely=intent, side=side and Side(side), confidence=1.0, reader="author")
-        return Sentence(said["text"], said["situation"], meant)
+        return Sentence(item["text"], item["situation"], meant)
     except (KeyError, TypeError, ValueError) as error:
         raise ValueError(f"{where}: no sentence with text, situation, intent and side") from error
 
 
 def places_in(folders: Sequence[Path], maps: Sequence[str]) -> list[PlanSample]:
-    """Return the moments of drives that were not trained on and at which the guard accepted a plan.
+    """Return the samples of drives that were not trained on and at which the guard accepted a plan.
 
     Raises:
-        ValueError: A file of moments is damaged.
+        ValueError: A file of samples is damaged.
     """
     moments = [moment for path in files_in(folders) for moment in read_moments(path)]
-    kept = [sample for sample in moments if held_out(sample, maps) in ("types", "maps")]
-    places = [PlanSample(read_scene(item.scene), _accepted(item)) for item in kept]
+    held = [sample for sample in moments if held_out(sample, maps) in ("types", "maps")]
+    places = [PlanSample(read_scene(item.scene), _accepted(item)) for item in held]
     return [place for place in places if place.accepted]
 
 
@@ -81,17 +81,18 @@ def _accepted(moment: DecisionSample) -> tuple[RecoveryPlan, ...]:
 
 
 def matches_request(meant: Interpretation, plan: RecoveryPlan) -> bool:
-    """True if a plan is of the kind asked for. At these moments the vehicle stands, so going round is going on, too."""
+    """True if a plan is of the requested kind. The vehicle is stopped at these samples, so passing is going on, too."""
     return plan_matches_intent(meant, plan) or (meant.intent is GuidanceIntent.GO and leads_on(plan))
 
 
 def wording_scores(
     sentences: Sequence[Sentence], places: Sequence[PlanSample], student: DistilledReasoner, reader: Interpreter
 ) -> dict[str, Counter[str]]:
-    """Return for each intent how many trials there were, and how each of them ended.
+    """Return the number of trials and of each result by intent.
 
-    `read` is a plan of the kind asked for after the reader's reading, `meant` after the author's; `asked_back`, `other`
-    and `none` are the other ends with the reader's: the vehicle asks what was meant, proposes another plan, or none.
+    `read` is a plan of the requested kind after the interpreter's interpretation, `meant` after the author's.
+    `asked_back`, `other` and `none` are the other results with the interpreter: the vehicle asks what was meant,
+    proposes another plan, or none.
     """
     found: dict[str, Counter[str]] = {}
     for number, sentence in enumerate(sentences):
@@ -112,12 +113,12 @@ def wording_scores(
 def _ending(sentence: Sentence, reading: Interpretation, place: PlanSample, student: DistilledReasoner) -> str:
     if reading.intent is GuidanceIntent.UNCLEAR:
         return "asked_back"
-    told = Guidance(text=sentence.text[:500], time_s=place.scene.time_s, reading=reading)
+    guidance = Guidance(text=sentence.text[:500], time_s=place.scene.time_s, reading=reading)
 
     def check(plan: RecoveryPlan) -> str:
         return ACCEPTED if plan in place.accepted else "not accepted"
 
-    request = ReasonerRequest(place.scene.model_copy(update={"guidance": told}), check)
+    request = ReasonerRequest(place.scene.model_copy(update={"guidance": guidance}), check)
     plan = student.decide(request).decision.plan
     if plan is None:
         return "none"

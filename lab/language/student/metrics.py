@@ -1,6 +1,6 @@
-"""Scores the student on moments that it was not trained on, beside the rules. Needs no torch.
+"""Scores the student on samples that it was not trained on, in comparison with the rules. It requires no torch.
 
-Each standstill counts the same, however long it was: its moments share one weight.
+Each standstill has the same weight, however long it was: its samples share it.
 """
 
 from __future__ import annotations
@@ -23,10 +23,11 @@ from stucksolver_language.student.scene_codec import read_scene
 from stucksolver_language.student.student_reasoner import SelectionPolicy
 
 BINS = 10
+"""Number of bins of the calibration."""
 SOON_S = 10.0
-"""A wait that ends within this time is worth waiting for (s)."""
+"""Time within which the end of a wait makes it worthwhile (s). Ours."""
 ASKED = SelectionPolicy().tried
-"""Number of plans about which the guard is asked, as the student does."""
+"""Number of plans that the guard checks, as in the student."""
 Array = NDArray[np.float64]
 
 
@@ -47,25 +48,25 @@ def answered(network: StudentNetwork, examples: Sequence[Example]) -> ScoredExam
     return ScoredExamples(list(examples), numbers, np.array([1.0 / counts[key] for key in keys]))
 
 
-def scores(told: ScoredExamples) -> dict[str, Any]:
-    """Return all scores of one group of examples, as written into the card."""
+def scores(scored: ScoredExamples) -> dict[str, Any]:
+    """Return all scores of one group of examples, in the form of the card."""
     found: dict[str, Any] = {
-        "moments": len(told.examples),
-        "standstills": round(float(told.weight.sum())),
-        "wait": {f"{until:g}": wait_scores(told, number) for number, until in enumerate(TIMES_S)},
+        "moments": len(scored.examples),
+        "standstills": round(float(scored.weight.sum())),
+        "wait": {f"{until:g}": wait_scores(scored, number) for number, until in enumerate(TIMES_S)},
     }
-    return found | {"cause": cause_scores(told), "plans": plan_scores(told), "words": word_scores(told)}
+    return found | {"cause": cause_scores(scored), "plans": plan_scores(scored), "words": word_scores(scored)}
 
 
 def with_choices(found: dict[str, Any], student: Reasoner, examples: Sequence[Example]) -> dict[str, Any]:
-    """Return scores with what the student and the rules choose at the same moments."""
+    """Return scores with the choices of the student and the rules at the same samples."""
     choices = {name: choice_scores(item, examples) for name, item in (("student", student), ("rules", RuleReasoner()))}
     return found | {"choices": choices}
 
 
-def wait_scores(told: ScoredExamples, number: int) -> dict[str, Any]:
-    """Return how well the probability is calibrated that the wait ends within `TIMES_S[number]`."""
-    p, y, w, rules = _ends(told, number)
+def wait_scores(scored: ScoredExamples, number: int) -> dict[str, Any]:
+    """Return the calibration of the probability that the wait ends within `TIMES_S[number]`."""
+    p, y, w, rules = _ends(scored, number)
     if not len(p):
         return {"moments": 0}
     base = float(np.average(y, weights=w))
@@ -80,10 +81,10 @@ def wait_scores(told: ScoredExamples, number: int) -> dict[str, Any]:
     }
 
 
-def _ends(told: ScoredExamples, number: int) -> tuple[Array, Array, Array, Array]:
-    """Return the probability, the truth, the weight, and if the rules wait, where the truth is known."""
+def _ends(scored: ScoredExamples, number: int) -> tuple[Array, Array, Array, Array]:
+    """Return the probability, the truth, the weight, and whether the rules wait, for known truths."""
     rows = []
-    for example, out, weight in zip(told.examples, told.numbers, told.weight, strict=True):
+    for example, out, weight in zip(scored.examples, scored.numbers, scored.weight, strict=True):
         labels = example.ends[: number + 1]
         if not (labels == 1).any() and labels[-1] != 0:
             continue
@@ -95,7 +96,7 @@ def _ends(told: ScoredExamples, number: int) -> tuple[Array, Array, Array, Array
 
 
 def calibration(p: Array, y: Array, w: Array) -> list[dict[str, float]]:
-    """Return for each bin of probabilities how many moments it has, their mean probability and the true share."""
+    """Return the number of samples, their mean probability and the true share for each bin of probabilities."""
     place = np.minimum((p * BINS).astype(int), BINS - 1)
     return [
         {
@@ -111,9 +112,10 @@ def calibration(p: Array, y: Array, w: Array) -> list[dict[str, float]]:
     ]
 
 
-def cause_scores(told: ScoredExamples) -> dict[str, Any]:
-    """Return how often the cause is right where it is known: the network's, the rules', and the student's answer, which
-    is that of the rules if they know one.
+def cause_scores(scored: ScoredExamples) -> dict[str, Any]:
+    """Return the share of right causes among the known ones.
+
+    It is given for the network, the rules, and the student's answer, which is that of the rules if they have one.
     """
     unsure = (-1, CAUSES.index(CauseCode.UNKNOWN))
     rows = [
@@ -123,7 +125,7 @@ def cause_scores(told: ScoredExamples) -> dict[str, Any]:
             float((out.cause.argmax() if example.rules_cause in unsure else example.rules_cause) == example.true_cause),
             weight,
         )
-        for example, out, weight in zip(told.examples, told.numbers, told.weight, strict=True)
+        for example, out, weight in zip(scored.examples, scored.numbers, scored.weight, strict=True)
         if example.true_cause >= 0
     ]
     if not rows:
@@ -137,14 +139,14 @@ def cause_scores(told: ScoredExamples) -> dict[str, Any]:
     }
 
 
-def plan_scores(told: ScoredExamples) -> dict[str, Any]:
-    """Return how often the guard accepts the network's plans, where it accepts any and nobody spoke.
+def plan_scores(scored: ScoredExamples) -> dict[str, Any]:
+    """Return the share of the network's plans that the guard accepts, where it accepts any and there is no guidance.
 
-    `first` is how often the plan ranked first is accepted, `within` how often one of the first `ASKED` is, and
-    `rules_accepted` how often some plan of the kind that the rules propose is.
+    `first` is the share for the plan ranked first, `within` for one of the first `ASKED`, and `rules_accepted` for any
+    plan of the kind that the rules propose.
     """
     rows = []
-    for example, out in zip(told.examples, told.numbers, strict=True):
+    for example, out in zip(scored.examples, scored.numbers, strict=True):
         if not (example.accepted == 1).any() or example.hold < 0:
             continue
         order = np.argsort(-out.value / (1.0 + np.exp(-out.accepted)), kind="stable")[:ASKED]
@@ -159,11 +161,11 @@ def plan_scores(told: ScoredExamples) -> dict[str, Any]:
 
 
 def choice_scores(reasoner: Reasoner, examples: Sequence[Example]) -> dict[str, Any]:
-    """Return what a reasoner decides at the moments whose plans were judged, and what comes of it.
+    """Return a reasoner's decisions at the samples with judged plans, and their consequences.
 
-    `waits` is the share of moments at which it has no plan that the guard accepts, `worth` the mean value of the plan
-    at a glance (m) with 0 for a wait, `patient` the share of waits among the moments at which the driver goes on by
-    itself within 10 s, and `idle` that among those at which it does not do so within 40 s.
+    `waits` is the share of samples at which it has no plan that the guard accepts. `worth` is the mean quick value of
+    the plan (m), with 0 for a wait. `patient` is the share of waits among the samples at which the driver goes on by
+    itself within 10 s, and `idle` among those at which it does not do so within 40 s.
     """
     rows = []
     for example in examples:
@@ -193,11 +195,11 @@ def choice_scores(reasoner: Reasoner, examples: Sequence[Example]) -> dict[str, 
     }
 
 
-def word_scores(told: ScoredExamples) -> dict[str, Any]:
-    """Return how often the plan that the student likes best after a passenger's request is of the rules' kind."""
+def word_scores(scored: ScoredExamples) -> dict[str, Any]:
+    """Return how often the student's best plan after a passenger's request is of the rules' kind."""
     rows = [
         (float(example.fitting[out.prior.argmax()]), float(example.fitting.mean()))
-        for example, out in zip(told.examples, told.numbers, strict=True)
+        for example, out in zip(scored.examples, scored.numbers, strict=True)
         if example.hold < 0 and example.fitting.any()
     ]
     if not rows:
@@ -206,16 +208,16 @@ def word_scores(told: ScoredExamples) -> dict[str, Any]:
     return {"moments": len(rows), "right": round(float(right), 3), "by_chance": round(float(chance), 3)}
 
 
-def temperature_of(told: ScoredExamples) -> float:
-    """Return the temperature of the hazards that makes the drives least surprising."""
+def temperature_of(scored: ScoredExamples) -> float:
+    """Return the temperature of the hazards with the least surprise in the drives."""
     tried = np.geomspace(0.5, 4.0, 43)
-    losses = [_surprise(told, float(item)) for item in tried]
+    losses = [_surprise(scored, float(item)) for item in tried]
     return float(tried[int(np.argmin(losses))])
 
 
-def _surprise(told: ScoredExamples, temperature: float) -> float:
+def _surprise(scored: ScoredExamples, temperature: float) -> float:
     total = 0.0
-    for example, out, weight in zip(told.examples, told.numbers, told.weight, strict=True):
+    for example, out, weight in zip(scored.examples, scored.numbers, scored.weight, strict=True):
         known = example.ends >= 0
         sign = np.where(example.ends[known] == 1, -1.0, 1.0)
         total += float(weight * np.logaddexp(0.0, sign * out.hazard[known].astype(np.float64) / temperature).sum())

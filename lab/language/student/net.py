@@ -15,7 +15,7 @@ KINDS = ("ego", *MOST)
 
 
 class Layer(nn.Module):
-    """One layer of attention among rows, with pre-normalisation."""
+    """One layer of attention among rows, with pre-normalization."""
 
     def __init__(self, width: int, heads: int, dropout: float) -> None:
         super().__init__()
@@ -29,7 +29,7 @@ class Layer(nn.Module):
         self.dropout = nn.Dropout(dropout)
 
     def forward(self, rows: Tensor, others: Tensor, mask: Tensor) -> Tensor:
-        """Return the rows (batch, n, width) after they looked at others (batch, m, width) where mask (batch, m)."""
+        """Return the rows (batch, n, width) after attention to `others` (batch, m, width) where `mask` (batch, m)."""
         batch, n, width = rows.shape
         query = self.query(self.before(rows)).reshape(batch, n, self.heads, -1).transpose(1, 2)
         both = self.keys(self.before(others)).reshape(batch, -1, 2, self.heads, width // self.heads)
@@ -45,11 +45,11 @@ class StudentNet(nn.Module):
     """Rows of a scene and of plans in, logits out. See `stucksolver_language.student.heads.Numbers`.
 
     Args:
-        plan_width: Width of one behaviour of a plan.
+        plan_width: Width of one behavior of a plan.
         width: Width of a row inside the network.
         layers: Number of layers of the encoder.
         heads: Number of heads of each layer.
-        dropout: Share of values dropped while training.
+        dropout: Share of values dropped in training.
     """
 
     def __init__(
@@ -68,21 +68,21 @@ class StudentNet(nn.Module):
         self.judged = nn.Sequential(nn.LayerNorm(width), nn.Linear(width, width), nn.GELU(), nn.Linear(width, 3))
 
     def forward(self, rows: Mapping[str, Tensor], mask: Tensor, plans: Tensor, named: Tensor) -> tuple[Tensor, ...]:
-        """Return the outputs in the order of `heads.OUTPUTS`, each with a batch axis in front.
+        """Return the outputs in the order of `heads.OUTPUTS`, each with a leading batch axis.
 
         Args:
             rows: By kind (batch, rows, width of that kind).
             mask: True for rows that are used (batch, all rows).
-            plans: (batch, plans, SLOTS, width of a behaviour), the last number 1 where there is a behaviour.
-            named: Rows of the objects that the behaviours name (batch, plans, SLOTS).
+            plans: (batch, plans, SLOTS, width of a behavior); the last number is 1 for a behavior.
+            named: Rows of the objects that the behaviors name (batch, plans, SLOTS).
         """
         parts = [self.into[kind](rows[kind]) + self.kinds[number] for number, kind in enumerate(KINDS)]
-        seen = torch.cat(parts, dim=1)
+        encoded = torch.cat(parts, dim=1)
         for layer in self.layers:
-            seen = layer(seen, seen, mask)
-        seen = self.norm(seen)
-        whole, objects = seen[:, 0], seen[:, 1 : 1 + MOST["objects"]]
-        judged = self._judged(seen, objects, mask, plans, named)
+            encoded = layer(encoded, encoded, mask)
+        encoded = self.norm(encoded)
+        whole, objects = encoded[:, 0], encoded[:, 1 : 1 + MOST["objects"]]
+        judged = self._judged(encoded, objects, mask, plans, named)
         return (
             self.hazard(whole),
             self.cause(whole),
@@ -93,7 +93,7 @@ class StudentNet(nn.Module):
             judged[..., 2],
         )
 
-    def _judged(self, seen: Tensor, objects: Tensor, mask: Tensor, plans: Tensor, named: Tensor) -> Tensor:
+    def _judged(self, encoded: Tensor, objects: Tensor, mask: Tensor, plans: Tensor, named: Tensor) -> Tensor:
         batch, count, slots, _ = plans.shape
         width = objects.shape[-1]
         none = torch.zeros_like(objects[:, :1])
@@ -101,5 +101,5 @@ class StudentNet(nn.Module):
         places = named.reshape(batch, count * slots, 1).expand(-1, -1, width)
         things = rows.gather(1, places).reshape(batch, count, slots, width)
         each = self.behavior(torch.cat([plans, things], dim=-1)) + self.slots[:slots]
-        whole = (each * plans[..., -1:]).sum(dim=2) + seen[:, :1]
-        return torch.as_tensor(self.judged(self.look(whole, seen, mask)))
+        whole = (each * plans[..., -1:]).sum(dim=2) + encoded[:, :1]
+        return torch.as_tensor(self.judged(self.look(whole, encoded, mask)))

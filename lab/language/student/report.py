@@ -1,4 +1,4 @@
-"""Prints the scores of a student as text, and draws how well its probabilities are calibrated."""
+"""Prints the scores of a student as text, and draws the calibration of its probabilities."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ GROUPS = {
 
 
 def report(groups: Mapping[str, Mapping[str, Any]]) -> str:
-    """Return all scores as text: one block for each group of moments."""
+    """Return all scores as text: one block for each group of samples."""
     return "\n\n".join("\n".join(_block(name, found)) for name, found in groups.items())
 
 
@@ -67,7 +67,7 @@ def _calibration(wait: Mapping[str, Any]) -> list[str]:
 
 
 def draw_calibration(groups: Mapping[str, Mapping[str, Any]], path: Path) -> None:
-    """Draw said against true probabilities of the wait ending, a panel for each group. Needs matplotlib."""
+    """Draw predicted against true probabilities of the wait ending, a panel for each group. It requires matplotlib."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(3.4 * len(groups), 3.4), layout="constrained")

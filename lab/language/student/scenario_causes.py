@@ -1,6 +1,6 @@
-"""Why the vehicle is immobilized in each scenario type, if it stays so: the truth for the cause.
+"""Cause of a lasting immobilization in each scenario type: the truth for the cause.
 
-Types that are not listed can hold the vehicle for several reasons; their moments teach no cause.
+Types that are not listed can hold the vehicle for several reasons; their samples teach no cause.
 """
 
 from __future__ import annotations

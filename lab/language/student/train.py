@@ -1,4 +1,4 @@
-"""Trains the student: `python -m lab distill train --data DIR --out OUT`. Needs torch; a CPU is enough."""
+"""Trains the student: `python -m lab distill train --data DIR --out OUT`. It requires torch; a CPU is enough."""
 
 from __future__ import annotations
 
@@ -18,11 +18,13 @@ from lab.language.student.net import StudentNet
 from lab.training.schedule import average, rate
 
 PEAK_RATE, WEIGHT_DECAY, WARM_UP = 2e-3, 0.05, 0.05
+"""Largest learning rate, weight decay, and share of the steps over which the rate rises. Ours."""
 AVERAGED = 0.998
-"""Decay of the moving average of the weights, per step."""
+"""Decay of the moving average of the weights, per step. Ours."""
 WEIGHTS = {"hazard": 1.0, "cause": 0.3, "hold": 0.3, "intent": 0.3, "accepted": 1.0, "value": 0.3, "prior": 0.3}
-"""Weight of each head's loss. What the drives tell counts more than what the rules tell."""
+"""Weight of each head's loss. Ours: the labels of the drives count more than those of the rules."""
 REPORT_S = 15.0
+"""Time between two reports (s)."""
 Say = Callable[[str], None]
 
 
@@ -34,12 +36,16 @@ class StudentTrainOptions:
         minutes: Duration, without reading and scoring.
         seed: Seed of the weights, the order and the noise.
         batch: Examples in one step.
-        steps: Stop after this many steps even if there is time left; with it a run can be repeated exactly.
+        steps: Number of steps after which the training ends even if time is left; with it a run can be
+            repeated exactly.
     """
 
     minutes: float = 5.0
+    """Duration (min). Ours."""
     seed: int = 1
+    """Seed of the weights, the order and the noise."""
     batch: int = 48
+    """Number of examples in one step. Ours."""
     steps: int | None = None
 
 
@@ -48,7 +54,7 @@ def fit(taught: Sequence[Example], plan_width: int, settings: StudentTrainOption
 
     Args:
         taught: The examples.
-        plan_width: Width of one behaviour of a plan.
+        plan_width: Width of one behavior of a plan.
         settings: The options.
         say: Called with each line of progress.
 
@@ -56,14 +62,14 @@ def fit(taught: Sequence[Example], plan_width: int, settings: StudentTrainOption
         ValueError: There are no examples.
     """
     if not taught:
-        raise ValueError("there are no moments to train on: collect some first")
+        raise ValueError("no samples to train on. Collect some first")
     torch.manual_seed(settings.seed)
     rng = np.random.default_rng(settings.seed)
     net = StudentNet(plan_width).train()
     averaged: StudentNet = copy.deepcopy(net).eval()
     optimizer = torch.optim.AdamW(net.parameters(), PEAK_RATE, weight_decay=WEIGHT_DECAY)
     weights = sampling_weights(taught)
-    start, said, step = time.monotonic(), 0.0, 0
+    start, reported_s, step = time.monotonic(), 0.0, 0
     smooth = torch.zeros(len(WEIGHTS))
     while True:
         spent = time.monotonic() - start
@@ -81,8 +87,8 @@ def fit(taught: Sequence[Example], plan_width: int, settings: StudentTrainOption
         step += 1
         average(averaged, net, min(AVERAGED, step / (step + 10.0)))
         smooth = torch.lerp(parts.detach(), smooth, 0.98 if step > 1 else 0.0)
-        if spent - said >= REPORT_S:
-            said = spent
+        if spent - reported_s >= REPORT_S:
+            reported_s = spent
             say(
                 f"{spent:.0f} s, step {step}: " + " ".join(f"{k} {v:.3f}" for k, v in zip(WEIGHTS, smooth, strict=True))
             )
@@ -123,7 +129,7 @@ def _worth(value: Tensor, labels: Tensor) -> Tensor:
 
 
 def _choice(prior: Tensor, fitting: Tensor, real: Tensor) -> Tensor:
-    """Return the surprise at a fitting plan among all plans, where one fits."""
+    """Return the surprise at a fitting plan among all plans, for examples with one."""
     shares = prior.masked_fill(~real, -1e4).log_softmax(dim=1)
     each = -shares.masked_fill(~fitting, -1e4).logsumexp(dim=1)
     some = fitting.any(dim=1)

@@ -1,7 +1,7 @@
-"""Draws one moment of a recording: the camera's picture, and from above what is there and what perception says.
+"""Draws one time of a recording: the camera's picture, and from above the true objects and the results of perception.
 
-`python -m lab.perception.evaluation.draw_frame --data RECORDING --at SECONDS --out PNG`; needs the extras `perception`
-and `report`.
+`python -m lab.perception.evaluation.draw_frame --data RECORDING --at SECONDS --out PNG`. It requires the extras
+`perception` and `report`.
 """
 
 from __future__ import annotations
@@ -37,25 +37,29 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 AHEAD_M = 30.0
-"""How much is shown from above ahead of the vehicle's reference point (m), ..."""
+"""Length ahead of the vehicle's reference point in the view from above (m)."""
 BACK_M = 3.0
-"""... behind it (m), ..."""
+"""Length behind it (m)."""
 ASIDE_M = 10.0
-"""... and to either side (m)."""
+"""Width to either side (m)."""
 HALF_LOOK_S = 0.051
-"""Half the time between two looks: the nearest look is drawn."""
+"""Half the time between two frames of perception (s); the nearest frame is drawn."""
 LEAST_SCORE = 0.3
-"""Weaker boxes of the detector are not drawn."""
+"""Least score of a detector's box that is drawn. Ours."""
 HIGHEST_M = 2.5
-"""Returns of this height and above have the same colour."""
+"""Height above which all returns have the same color (m). Ours."""
 OWN_WIDTH_M = 1.9
+"""Width of the ego in the drawing (m)."""
 APART_M = 0.62
-"""Between two lines of text beside the view from above."""
+"""Distance between two lines of text beside the view from above (m)."""
 SIZE_IN = (13.0, 7.0)
+"""Size of the figure (inches)."""
 DPI = 110
+"""Resolution of the figure."""
 THIN, THICK = 0.8, 2.2
 """Widths of the detector's outlines and of tracks (pt)."""
 DASHES = (0, (4, 2))
+"""Dash pattern of tracks (pt)."""
 TRUTH = "#7a7f88"
 OF_LABEL = dict(
     zip(
@@ -64,49 +68,50 @@ OF_LABEL = dict(
         strict=True,
     )
 )
-"""A colour for each label of the detector."""
+"""Colors of the detector's labels."""
 
 
 class DrawFrameError(RuntimeError):
-    """A moment cannot be drawn. The message says why, and what to do."""
+    """A time cannot be drawn. The message has the reason and the remedy."""
 
 
 @dataclass(frozen=True, eq=False)
 class FrameData:
-    """What was recorded at one look, and what perception made of it."""
+    """Recorded data of one frame, and the results of perception."""
 
     tick: Recorded
     after_s: float
-    """Since the recording's beginning."""
+    """Time since the recording's beginning (s)."""
     points: Singles
     """(n, 5): the detector's input: x, y, z (m) in the vehicle frame, intensity, age (s)."""
     percept: PerceptionResult
     picture: CameraFrame | None
-    """The last one until then."""
+    """The last picture until then; None without one."""
 
 
 @dataclass(frozen=True)
 class _Drawn:
-    """An outline from above: centre x, y, length, width (m), yaw (rad) in the vehicle frame, and the words for it."""
+    """An outline from above: center x, y, length, width (m), yaw (rad) in the vehicle frame, and its text."""
 
     box: tuple[float, float, float, float, float]
     text: str
-    colour: str
+    color: str
     width: float = 1.0
+    """Width of the line (pt)."""
     dashed: bool = False
 
 
 def draw_frame(folder: Path, at_s: float, out: Path) -> Path:
-    """Draw the look nearest to `at_s` (s since the recording's beginning), and return the file.
+    """Draw the frame nearest to `at_s` (s since the recording's beginning), and return the file.
 
     Raises:
         RecordingError: The folder is not a recording.
-        FrameError: There is no such moment, the recording has gaps, or a library is missing.
-        WeightsError: A network cannot be used.
+        DrawFrameError: There is no such frame, the recording has gaps, or a library is missing.
+        NetworkFileError: A network cannot be used.
         OSError: The file cannot be written.
     """
     if not can_plot():
-        raise DrawFrameError("matplotlib is not installed; add the extra [report] (README, Install)")
+        raise DrawFrameError("not installed: matplotlib. Add the extra [report] (README, Install)")
     why = missing_libraries()
     if why:
         raise DrawFrameError(why)
@@ -118,10 +123,10 @@ def draw_frame(folder: Path, at_s: float, out: Path) -> Path:
 
 
 def moments(recording: Recording) -> Iterator[FrameData]:
-    """Run the whole of perception on a recording, ten looks per second with true poses, as the scores are made.
+    """Run all of perception on a recording, ten frames per second with true poses, as for the scores.
 
     Raises:
-        WeightsError: A network cannot be used.
+        NetworkFileError: A network cannot be used.
     """
     perceiver, buffer = PerceptionPipeline(recording.rig), SweepBuffer()
     picture, begin_s = None, None
@@ -144,20 +149,22 @@ def moments(recording: Recording) -> Iterator[FrameData]:
 
 def _moment(recording: Recording, at_s: float) -> FrameData:
     if not recording.files:
-        raise DrawFrameError(f"{recording.folder}: nothing was recorded in it; record it again")
+        raise DrawFrameError(f"the recording is empty: {recording.folder}. Record it again")
     if not is_continuous(recording):
-        raise DrawFrameError(f"{recording.folder}: this recording has gaps; collect one with --every 0")
+        raise DrawFrameError(f"the recording has gaps: {recording.folder}. Collect one with --every 0")
     first = next(recording.stretch(recording.files[0])).time_s
     *_, last = (tick.time_s for tick in recording.stretch(recording.files[-1]))
     if not 0.0 <= at_s <= last - first:
-        raise DrawFrameError(
-            f"{recording.folder}: nothing was recorded at {at_s:g} s; choose from 0 to {last - first:.1f} s"
-        )
+        raise DrawFrameError(f"--at: expected 0 to {last - first:.1f} s, got {at_s:g} ({recording.folder})")
     return next(moment for moment in moments(recording) if moment.after_s >= at_s - HALF_LOOK_S)
 
 
 def detected(moment: FrameData) -> Detections:
-    """Return the detector's boxes that are drawn. Raises `NetworkFileError`."""
+    """Return the detector's boxes that are drawn.
+
+    Raises:
+        NetworkFileError: A network cannot be used.
+    """
     found = LidarDetector().detect(moment.points, moment.tick.time_s)
     return found.part(found.score >= LEAST_SCORE)
 
@@ -170,31 +177,31 @@ def _save(moment: FrameData, found: Detections, out: Path) -> None:
     _draw_picture(figure.add_axes((0.01, 0.4, 0.48, 0.54)), moment)
     above = figure.add_axes((0.57, 0.04, 0.295, 0.91))
     dots = _draw_returns(above, moment.points[moment.points[:, 4] <= TURN_S])
-    _draw_boxes(above, _real(moment), _said(moment, found))
+    _draw_boxes(above, _real(moment), _perceived(moment, found))
     bar = figure.colorbar(dots, cax=figure.add_axes((0.05, 0.14, 0.4, 0.02)), orientation="horizontal")
     bar.set_label("height of the LiDAR's returns (m)", fontsize=8)
     bar.ax.tick_params(labelsize=7)
     _explain(figure)
     drawn = io.BytesIO()
     figure.savefig(drawn, dpi=DPI)
-    # With a palette, the file is a quarter as large. The octree keeps rare colours, those of thin lines among them.
+    # With a palette, the file is a quarter as large. The octree preserves rare colors, such as those of thin lines.
     Image.open(drawn).convert("RGB").quantize(256, Image.Quantize.FASTOCTREE).save(out, "PNG", optimize=True)
 
 
 def _draw_picture(axes: Axes, moment: FrameData) -> None:
     axes.set_axis_off()
-    said = f"{moment.after_s:.1f} s, {abs(3.6 * float(moment.tick.pose[6])):.0f} km/h"
+    title = f"{moment.after_s:.1f} s, {abs(3.6 * float(moment.tick.pose[6])):.0f} km/h"
     if moment.picture is None:
-        axes.set_title(f"{said}; no picture yet", fontsize=9, loc="left")
+        axes.set_title(f"{title}; no picture yet", fontsize=9, loc="left")
         return
     age_s = moment.tick.time_s - moment.picture.time_s
     older = f"; the picture is {age_s:.1f} s older" if age_s > HALF_LOOK_S else ""
-    axes.set_title(said + older, fontsize=9, loc="left")
+    axes.set_title(title + older, fontsize=9, loc="left")
     axes.imshow(moment.picture.rgb)
 
 
 def _explain(figure: Figure) -> None:
-    """Write what the outlines mean, and the colour of each label."""
+    """Write the meaning of the outlines, and the color of each label."""
     from matplotlib.lines import Line2D
 
     kinds = [
@@ -202,7 +209,7 @@ def _explain(figure: Figure) -> None:
         Line2D([], [], color="black", lw=THIN, label="detector, score"),
         Line2D([], [], color="black", lw=THICK, label="#track, probability"),
     ]
-    labels = [Line2D([], [], color=colour, lw=THICK, label=label) for label, colour in OF_LABEL.items()]
+    labels = [Line2D([], [], color=color, lw=THICK, label=label) for label, color in OF_LABEL.items()]
     for lines, top in ((kinds, 0.36), (labels, 0.31)):
         place = {"loc": "upper left", "bbox_to_anchor": (0.04, top), "ncols": 4}
         figure.legend(handles=lines, fontsize=8, frameon=False, **place)
@@ -221,29 +228,30 @@ def _draw_returns(axes: Axes, turn: Singles) -> PathCollection:
     return axes.scatter(y, x, s=1.5, c=z, vmin=0.0, vmax=HIGHEST_M, cmap="viridis_r", lw=0)
 
 
-def _draw_boxes(axes: Axes, real: Sequence[_Drawn], said: Sequence[_Drawn]) -> None:
-    """Draw the outlines. The words for what is true stand to the left of the view, those for the rest to its right."""
-    for drawn in (*real, *said):
+def _draw_boxes(axes: Axes, real: Sequence[_Drawn], detected_boxes: Sequence[_Drawn]) -> None:
+    """Draw the outlines. The texts of true objects stand to the left of the view, those of the others to its right."""
+    for drawn in (*real, *detected_boxes):
         y, x = _outline(drawn.box)
         style = DASHES if drawn.dashed else "solid"
-        axes.fill(y, x, fill=False, ec=drawn.colour, lw=drawn.width, ls=style, zorder=3 + drawn.width)
+        axes.fill(y, x, fill=False, ec=drawn.color, lw=drawn.width, ls=style, zorder=3 + drawn.width)
     _write_beside(axes, real, ASIDE_M + 1.3, "right")
-    _write_beside(axes, said, -ASIDE_M - 0.3, "left")
+    _write_beside(axes, detected_boxes, -ASIDE_M - 0.3, "left")
 
 
 def _write_beside(axes: Axes, drawn: Sequence[_Drawn], y_m: float, align: str) -> None:
-    """Write the words for each box at the edge, in the order of their distance, and a line from them to it."""
+    """Write the text of each box at the edge, in the order of their distance, and a line from it to the box."""
     ordered = sorted(drawn, key=lambda item: item.box[0])
     for item, at_m in zip(ordered, spread([item.box[0] for item in ordered], APART_M, -BACK_M, AHEAD_M), strict=True):
         weight = "bold" if item.width == THICK else "normal"
-        axes.text(y_m, at_m, item.text, color=item.colour, fontsize=6.5, ha=align, va="center", weight=weight)
+        axes.text(y_m, at_m, item.text, color=item.color, fontsize=6.5, ha=align, va="center", weight=weight)
         edge_m = math.copysign(ASIDE_M, y_m)
-        axes.plot((edge_m, item.box[1]), (at_m, item.box[0]), color=item.colour, lw=0.4, alpha=0.5, zorder=2.5)
+        axes.plot((edge_m, item.box[1]), (at_m, item.box[0]), color=item.color, lw=0.4, alpha=0.5, zorder=2.5)
 
 
 def spread(wanted: Sequence[float], apart: float, low: float, high: float) -> list[float]:
-    """Return ascending values near the `wanted` ones (ascending), `apart` from each other and, as far as they have
-    room, between `low` and `high`.
+    """Return ascending values near the `wanted` ones (ascending), `apart` from each other.
+
+    As far as they fit, they are between `low` and `high`.
     """
     placed: list[float] = []
     for value in wanted:
@@ -262,7 +270,7 @@ def _real(moment: FrameData) -> list[_Drawn]:
     return _in_view([_Drawn(_flat(box), kind, TRUTH, 1.0, dashed=True) for box, kind in zip(boxes, kinds, strict=True)])
 
 
-def _said(moment: FrameData, found: Detections) -> list[_Drawn]:
+def _perceived(moment: FrameData, found: Detections) -> list[_Drawn]:
     rows = np.column_stack([found.center, found.size, found.yaw])
     labels = [LABELS[label] for label in found.label.tolist()]
     thin = [
@@ -273,9 +281,13 @@ def _said(moment: FrameData, found: Detections) -> list[_Drawn]:
 
 
 def _track(track: Track, moment: FrameData) -> _Drawn:
-    told = moment.percept.attributes.get(track.id)
+    attributes = moment.percept.attributes.get(track.id)
     label = LABELS[track.label]
-    kind = f" ({told.kind.value})" if told is not None and told.kind is not None and told.kind.value != label else ""
+    kind = (
+        f" ({attributes.kind.value})"
+        if attributes is not None and attributes.kind is not None and attributes.kind.value != label
+        else ""
+    )
     text = f"#{track.id} {label}{kind} {track.confidence:.2f}{', hidden' if track.hidden else ''}"
     return _Drawn(_flat(boxes_of([track], moment.percept.pose)[0]), text, OF_LABEL[label], THICK)
 
@@ -298,7 +310,7 @@ def _outline(box: tuple[float, float, float, float, float]) -> tuple[Floats, Flo
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Draw a moment and print the file's name. Returns 2 for a wrong request, else 0."""
+    """Draw a frame and print the file's name; return 2 for a wrong request, else 0."""
     parser = argparse.ArgumentParser(description="Draws what perception says at one moment of a recording.")
     parser.add_argument(
         "--data", type=Path, required=True, metavar="RECORDING", help="of `perception collect --every 0`"
@@ -309,6 +321,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         print(draw_frame(args.data, args.at, args.out))
     except (RecordingError, DrawFrameError, NetworkFileError, OSError) as error:
+        # The error is printed as one line, without a traceback.
         print(f"frame: {error}", file=sys.stderr)
         return 2
     return 0

@@ -1,8 +1,7 @@
-"""Measures on recordings how well a turned LiDAR or camera is noticed, and that a healthy one is not accused.
+"""Measures on recordings how well a turned LiDAR or camera is detected, and that a healthy one raises no alarm.
 
 `python -m lab.perception.evaluation.miscalibration_errors --data DIR [DIR ...]`, recordings made with `perception
-collect
---every 0`. Each drive is played healthy, and with each of the faults from its beginning.
+collect --every 0`. Each drive is replayed healthy, and with each of the faults from its beginning.
 """
 
 from __future__ import annotations
@@ -30,27 +29,28 @@ from stucksolver_perception.vehicle_frame import into_vehicle
 HEALTHY = "none"
 CASES = (HEALTHY, "lidar-turned", "camera-turned")
 MOVES_MPS = 0.3
-"""What is faster moves: in place of the tracker, the truth tells."""
+"""Speed above which an object counts as moving (m/s). Ours; the truth replaces the tracker here."""
 
 
 @dataclass
 class Errors:
-    """What was measured with one fault, over all drives."""
+    """Measurements with one fault, over all drives."""
 
     drives: int = 0
+    """Number of drives."""
     lidar_deg: list[float] = field(default_factory=list)
-    """Errors of single measurements of the LiDAR's angle."""
+    """Errors of single measurements of the LiDAR's angle (degrees)."""
     camera_deg: list[float] = field(default_factory=list)
     lidar_noticed_m: list[float] = field(default_factory=list)
-    """For each drive with an accused LiDAR, how far it had come."""
+    """Distances driven until the alarm for the LiDAR (m), for each drive with one."""
     camera_noticed_m: list[float] = field(default_factory=list)
 
 
 def played(recording: Recording, case: str, errors: Errors) -> None:
-    """Play a drive with a fault and add what was measured to the errors."""
+    """Replay a drive with a fault and add the measurements to the errors."""
     fault = None if case == HEALTHY else SensorFault(case, camera=recording.rig.camera)
     lidar, camera = LidarAlignment(recording.rig.lidar), CameraAlignment(recording.rig)
-    # Both faults turn what is seen to the left: the sensor is turned to the right.
+    # Both faults turn the measurements to the left: the sensor is turned to the right.
     turned = {name: -math.degrees(TURNED_RAD) * (case == name) for name in CASES}
     accused_lidar = accused_camera = False
     driven_m, localiser = 0.0, EkfLocalizer(recording.rig)
@@ -84,13 +84,15 @@ def as_table(found: dict[str, Errors]) -> str:
         "|---|---|---|---|---|",
     ]
     for case, errors in found.items():
-        for sensor, told, after in (
+        for sensor, degrees, after in (
             ("LiDAR", errors.lidar_deg, errors.lidar_noticed_m),
             ("camera", errors.camera_deg, errors.camera_noticed_m),
         ):
-            spread = ", ".join(f"{item:.2f}" for item in np.percentile(np.abs(told), [50, 95, 99])) if told else "-"
-            metres = ", ".join(f"{item:.0f}" for item in np.percentile(after, [50, 100])) if after else "-"
-            lines.append(f"| {case}: {sensor} | {errors.drives} | {spread} | {len(after)} | {metres} |")
+            spread = (
+                ", ".join(f"{item:.2f}" for item in np.percentile(np.abs(degrees), [50, 95, 99])) if degrees else "-"
+            )
+            meters = ", ".join(f"{item:.0f}" for item in np.percentile(after, [50, 100])) if after else "-"
+            lines.append(f"| {case}: {sensor} | {errors.drives} | {spread} | {len(after)} | {meters} |")
     return "\n".join(lines)
 
 
@@ -125,7 +127,7 @@ def _whole(folders: Sequence[Path]) -> Iterator[Recording]:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Measure and print the table. Returns 2 if there is nothing to measure on, else 0."""
+    """Measure and print the table; return 2 if there is no recording to measure on, else 0."""
     parser = argparse.ArgumentParser(description="Measures how well turned sensors are noticed.")
     parser.add_argument("--data", type=Path, nargs="+", required=True, help="recordings without gaps (--every 0)")
     args = parser.parse_args(arguments)
@@ -135,10 +137,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
             for case, errors in found.items():
                 played(recording, case, errors)
     except RecordingError as error:
+        # The error is printed as one line, without a traceback.
         print(f"alignment_errors: {error}", file=sys.stderr)
         return 2
     if not found[HEALTHY].drives:
-        print("alignment_errors: all recordings have gaps; collect some with --every 0", file=sys.stderr)
+        print("alignment_errors: all recordings have gaps. Collect some with --every 0", file=sys.stderr)
         return 2
     print(as_table(found))
     return 0

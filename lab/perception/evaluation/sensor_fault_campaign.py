@@ -28,15 +28,15 @@ from stucksolver_eval.systems.spec import SENSORS, SystemSpec
 from stucksolver_perception.carla import FAULTS
 
 HEALTHY = "none"
-"""The name of the baseline: the same routes without a fault."""
+"""Name of the baseline: the same routes without a fault."""
 STANDS_M = 0.3
-"""With less progress in a second, the ego counts as standing."""
+"""Progress in a second below which the ego counts as stopped (m). Ours."""
 COLLISION = "collisions_"
-"""Prefix of the kinds of collisions; contacts of a standing ego are not among them."""
+"""Prefix of the kinds of collisions; contacts of a stopped ego are not among them."""
 
 
 class FaultCampaignError(ValueError):
-    """A campaign cannot be driven as requested; the message says why and what to do."""
+    """A campaign cannot be driven as requested; the message has the reason and the remedy."""
 
 
 @dataclass(frozen=True)
@@ -50,9 +50,12 @@ class FaultCampaignSpec:
     recovery: str = "rules"
     driver: str = "behavior:normal"
     limit_s: float | None = 60.0
+    """Simulated time after which a drive ends (s); None for no limit. Ours."""
     seed: int = 1
+    """Seed of the traffic."""
     maps: str | None = None
     jobs: int = 1
+    """Number of drives in parallel."""
 
 
 @dataclass(frozen=True)
@@ -62,14 +65,14 @@ class FaultRow:
     fault: str
     routes: int
     crashed: int
-    """Drives that crashed and are not counted otherwise."""
+    """Number of drives that crashed; they are not counted otherwise."""
     collisions: tuple[str, ...]
     """`ROUTE at TIME: WHAT` for each collision of the moving ego."""
     stood_s: float
     asked: int
-    """Drives with a request for help."""
+    """Number of drives with a request for help."""
     plans: int
-    """Executed plans that move the vehicle."""
+    """Number of executed plans that move the vehicle."""
     driven_m: float
 
 
@@ -77,15 +80,15 @@ def campaign(spec: FaultCampaignSpec, out: TextIO = sys.stderr) -> list[FaultRow
     """Drive the missing routes and return a row for each fault. Progress goes to `out`.
 
     Raises:
-        CampaignError: A fault is unknown.
-        ArmError: The driver or the recovery does not exist, or perception by sensors does not work here.
+        FaultCampaignError: A fault is unknown.
+        SystemSpecError: The driver or the recovery does not exist, or sensor-based perception does not work here.
         SuiteError: There is no such suite or route.
         RouteFileError: The route file cannot be read.
         OutputError: The folder cannot be written to.
     """
     unknown = [fault for fault in spec.faults if fault not in (HEALTHY, *FAULTS)]
     if unknown:
-        raise FaultCampaignError(f"unknown sensor fault {unknown[0]!r}; choose from {', '.join((HEALTHY, *FAULTS))}")
+        raise FaultCampaignError(f"unknown sensor fault: {unknown[0]!r}. Choose from {', '.join((HEALTHY, *FAULTS))}")
     routes = load_routes(spec.suite, spec.only)
     check_arm(_arm(spec, HEALTHY))
     require_writable(spec.out)
@@ -166,7 +169,7 @@ def _arm(spec: FaultCampaignSpec, fault: str) -> SystemSpec:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run a campaign and print its table. Returns 1 if a drive crashed, 2 for a wrong request, else 0."""
+    """Run a campaign and print its table; return 1 if a drive crashed, 2 for a wrong request, else 0."""
     parser = argparse.ArgumentParser(description="Drives each sensor fault on a few routes.")
     parser.add_argument("--out", type=Path, required=True, help="folder for the drives")
     parser.add_argument("--suite", default="dev")
@@ -194,6 +197,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         rows = campaign(spec)
     except (FaultCampaignError, SystemSpecError, SuiteError, RouteFileError, OutputError) as error:
+        # The error is printed as one line, without a traceback.
         print(f"fault_campaign: {error}", file=sys.stderr)
         return 2
     print(as_table(rows))

@@ -1,1 +1,1 @@
-"""Records drives: the rig's sensor data on the hero, the ground truth, and a crowd of varied objects."""
+"""Records drives: the sensor data of the ego's rig, the ground truth, and a crowd of varied objects."""

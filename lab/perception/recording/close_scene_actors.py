@@ -1,4 +1,7 @@
-"""The actors of staged scenes for the crop network: who is in a scene, where, and with which lamps and doors."""
+"""The actors of staged scenes for the crop network: their selection, poses, lamps and doors.
+
+The numbers are ours.
+"""
 
 from __future__ import annotations
 
@@ -12,25 +15,30 @@ import numpy as np
 
 from lab.perception.recording.far_scene_poses import ActorPose, lane_places
 from lab.perception.recording.scattered_kinds import blueprints_by_kind
-from lab.perception.recording.staged_scenes import drawn, spawn_away
+from lab.perception.recording.staged_scenes import draw_blueprint, spawn_away
 from stucksolver.scene import ObjectKind
 from stucksolver.scene.objects import VEHICLES, Gesture
 from stucksolver_perception.visible_parts import BRAKE, LEFT, RIGHT, SPECIAL_KINDS
 
 NEAREST_M, FARTHEST_M = 4.0, 70.0
+"""Range of the objects' distances from the ego (m)."""
 CONE_RAD = math.radians(34.0)
+"""Half the angle ahead of the ego within which objects are placed (rad)."""
 FROM_LANE_M = 9.0
-"""Objects are at most this far from the centre of a lane, since houses are beyond."""
+"""Maximum distance of an object from the center of a lane (m): houses are beyond."""
 AT_LIGHT_SHARE, BEFORE_LIGHT_M = 0.5, (4.0, 55.0)
-"""Share of egos before a traffic light, and how far before it they are (m)."""
+"""Share of egos before a traffic light, and range of their distances from it (m)."""
 ALONG_SHARE = 0.75
 """Share of vehicles along the road, in either direction; the others have any heading."""
 DOOR_ODDS, SECOND_DOOR_ODDS = 0.5, 0.3
+"""Probabilities of an open door, and of a second one."""
 SIREN_ODDS = 0.6
+"""Probability that an emergency vehicle has its lights on."""
 CROWDED = (0.3, 1.0)
-"""Share of the objects that a scene can have: in some everything hides everything, others are clear."""
+"""Range of the share of the objects that a scene has: crowded scenes have many occlusions, others are clear."""
 SIREN = int(carla.VehicleLightState.Special1)
 _TRIES = 8
+"""Number of tries to place an object."""
 _POOL = {
     ObjectKind.CAR: (22, 5),
     ObjectKind.EMERGENCY: (6, 2),
@@ -50,28 +58,32 @@ _POOL = {
     ObjectKind.DEBRIS: (6, 1),
     ObjectKind.PROP: (8, 1),
 }
-"""By kind: how many a drive has, and how many of them are in each scene."""
+"""Numbers of objects by kind: those of a drive, and those of each scene."""
 _FLAGGERS = 2
 """Flaggers of each gesture in a drive; one in each scene has a random gesture."""
 _SIGNALLING, _MOST_SIGNALLING = 4, 14
-"""Flaggers of each gesture in a drive that is staged for gestures, and how many a scene has at most."""
+"""Flaggers of each gesture in a drive that is staged for gestures, and their maximum in a scene."""
 _BITS = {"brake_lights": BRAKE, "left_blinker": LEFT, "right_blinker": RIGHT, "emergency_lights": SIREN}
 _LAMP_ODDS = (("Brake", 0.35), ("LeftBlinker", 0.22), ("RightBlinker", 0.22), ("Reverse", 0.08), ("HighBeam", 0.06))
+"""Probabilities of lamps."""
 _BOTH_BLINKERS_ODDS = 0.15
+"""Probability that both blinkers are lit."""
 _LIT_ODDS = 0.4
+"""Probability that a vehicle has its lights on by day."""
 _LIT_AT_NIGHT_ODDS = 0.85
+"""Probability that a vehicle has its lights on at night."""
 _DOORS = (carla.VehicleDoor.FL, carla.VehicleDoor.FR, carla.VehicleDoor.RL, carla.VehicleDoor.RR)
 
 
 @dataclass
 class Extra:
-    """An actor, and what was last set on it."""
+    """An actor and its last settings."""
 
     actor: Any
     kind: ObjectKind
     reach_m: float
     lift_m: float
-    """Height of its origin above the ground."""
+    """Height of its origin above the ground (m)."""
     lamps: int = 0
     """Bits of `carla.VehicleLightState`."""
     doors: int = 0
@@ -98,7 +110,7 @@ class CloseCast:
         for kind, (count, _) in _POOL.items():
             found = [library.find(name) for name in by_kind.get(kind, ())]
             for _ in range(count if found else 0):
-                self._spawn(drawn(random, found), kind)
+                self._spawn(draw_blueprint(random, found), kind)
         for name in by_kind.get(ObjectKind.FLAGGER, ()):
             for gesture in list(Gesture) * (_SIGNALLING if gestures else _FLAGGERS):
                 blueprint = library.find(name)
@@ -110,7 +122,7 @@ class CloseCast:
         for extra in self._extras:
             box = extra.actor.bounding_box
             extra.reach_m = max(0.75 * box.extent.x, box.extent.y)
-            # Walkers have their origin at their middle, everything else at its foot.
+            # Walkers have their origin at their center, all other actors at their foot.
             extra.lift_m = box.extent.z if extra.actor.type_id.startswith(("walker.", "animal.")) else 0.0
 
     def by_id(self) -> dict[int, Extra]:
@@ -140,7 +152,7 @@ class CloseCast:
         return ActorPose(x + right_m * math.cos(side), y + right_m * math.sin(side), z, pitch, turned, roll)
 
     def placed(self, ego: ActorPose) -> list[tuple[Extra, ActorPose | None]]:
-        """Draw who is in the scene and where, with lamps and doors; the others have no pose."""
+        """Draw the actors of the scene and their poses, with lamps and doors; the others have no pose."""
         random = self._random
         chosen: list[Extra] = []
         share = random.uniform(*CROWDED)

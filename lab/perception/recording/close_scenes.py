@@ -1,12 +1,15 @@
 """Records staged scenes for the crop network: objects 4 to 70 m ahead with any lamps, doors and gestures.
 
-`python -m lab.perception.recording.close_scenes --out DIR --drives 64 --seed 1 --jobs 16`
+```
+python -m lab.perception.recording.close_scenes --out DIR --drives 64 --seed 1 --jobs 16
+```
 
 A drive is one town in one weather. Each scene places the ego, often before a traffic light, and a selection of actors
-of all kinds anew. It is taken once as it is, and once more for each of `PARTS` with that lamp switched, or doors opened
-or closed, on all vehicles: where a vehicle's pixels change, the camera can see that part (`Truth.shown`). Rain, which
-would change pixels too, falls only in one more image of the scene. The recordings have the usual format, without LiDAR
-points. In drives, few lamps are lit, hardly any door is open, and no flagger signals; here all of this is frequent.
+of all kinds anew. It is recorded once unchanged, and once more for each of `PARTS` with that lamp switched, or doors
+opened or closed, on all vehicles: where a vehicle's pixels change, the part is visible to the camera (`Truth.shown`).
+Rain, which would change pixels too, falls only in one more image of the scene. The recordings have the usual format,
+without LiDAR points. In drives, few lamps are lit, hardly any door is open, and no flagger signals; here all of this
+is frequent.
 """
 
 from __future__ import annotations
@@ -42,17 +45,21 @@ from stucksolver_perception.vehicle_frame import boxes_in_body
 
 TOWNS = ("Town01", "Town04", "interurban", "motorway", "grid_town", "demo_town")
 STEP_S = 5.6
-"""Time between two images: doors open fully. It is a whole number of the periods of blinkers and of emergency lights in
-carlette, so that all images of a drive have the same phase.
+"""Time between two images (s): doors open fully.
+
+It is a whole number of the periods of blinkers and of emergency lights in carlette, so that all images of a drive have
+the same phase.
 """
 SHORT_STEP_S = 0.1
+"""Step of the simulation between scenes (s)."""
 PHASES_S = (0.2, 1.5)
-"""Phases with lit blinkers; in the second one the other half of the emergency lights is lit."""
+"""Phases with lit blinkers (s); in the second one the other half of the emergency lights is lit."""
 LAMP_CHANGE, DOOR_CHANGE = 60, 30
-"""Least change of a pixel's strongest channel, of 255, for a lamp and for a door."""
+"""Least change of a pixel's strongest channel, of 255, for a lamp and for a door. Ours."""
 LAMP_PX, DOOR_PX = 0.7, 3.0
-"""Least area of the change, in pixels of the crop that the network gets."""
+"""Least area of the change, in pixels of the network's crop. Ours."""
 LIGHTS_WITHIN_M = 110.0
+"""Distance within which traffic lights are recorded (m). Ours."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +72,7 @@ class CloseDrive:
     seed: int
     scenes: int
     gestures: bool = False
-    """Take one image of each scene, with many flaggers."""
+    """True for one image of each scene, with many flaggers."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,12 +104,17 @@ class _SceneImage:
 
 
 def record(drive: CloseDrive) -> int:
-    """Record one drive and return the number of images. Raises `ServerError` and `SensorError`."""
+    """Record one drive and return the number of images.
+
+    Raises:
+        ServerError: The server fails.
+        SensorError: A sensor fails.
+    """
     random = np.random.default_rng(drive.seed)
     with carlette_server(drive.town, drive.maps, drive.seed, scenery=True) as server:
         client = connect(server, CLIENT_LIMIT_S)
         world = client.get_world()
-        # Nothing moves by physics; the client would warn of steps that are too long for it.
+        # Switch off physics: nothing moves, and the client would warn of steps that are too long for it.
         settings = world.get_settings()
         settings.substepping = False
         world.apply_settings(settings)
@@ -122,7 +134,7 @@ def record(drive: CloseDrive) -> int:
 
 
 class _CloseSceneActors:
-    """The actors of a drive, of which some are placed anew for each scene."""
+    """The actors of a drive; some are placed anew for each scene."""
 
     def __init__(
         self,
@@ -197,14 +209,14 @@ class _CloseSceneActors:
         frame = self._world.tick()
         snapshot = self._world.get_snapshot()
         pose = ego_pose(snapshot.find(self._cast.ego.id))
-        image, masks = self._camera.of(frame), self._masks.of(frame)
+        image, masks = self._camera.measurement(frame), self._masks.measurement(frame)
         lights = self._light_truth.read(float(pose[0]), float(pose[1]))
         return _SceneImage(
             pose, self._truth.read(snapshot), lights, encoded(image), camera_rgb(image), instance_ids(masks)
         )
 
     def _changed(self, first: _SceneImage, second: _SceneImage, *, doors: bool) -> set[int]:
-        """Return the ids of the objects of which enough pixels differ between two images of a scene."""
+        """Return the ids of the objects with enough different pixels in two images of a scene."""
         boxes = boxes_in_body(first.pose, first.truth.boxes[:, [0, 1, 2, 4, 5, 6, 3]])
         windows = windows_of(self.rig.camera, boxes)
         least, area_px = (DOOR_CHANGE, DOOR_PX) if doors else (LAMP_CHANGE, LAMP_PX)
@@ -228,8 +240,8 @@ class _CloseSceneActors:
 
 
 def _align(world: Any, phase_s: float) -> None:
-    """Tick until the simulated time is `phase_s` after a multiple of `STEP_S`; from then on, ticks are that long."""
-    # Whoever sets the length of a tick lets the world tick a few times, so that only whole steps may follow.
+    """Tick until the simulated time is `phase_s` after a multiple of `STEP_S`; from then on, ticks have that length."""
+    # A change of the tick's length makes the world tick a few times, so that only whole steps may follow.
     set_synchronous(world, SHORT_STEP_S)
     for _ in range(math.ceil(STEP_S / SHORT_STEP_S)):
         off_s = (float(world.get_snapshot().timestamp.elapsed_seconds) - phase_s) % STEP_S
@@ -240,7 +252,7 @@ def _align(world: Any, phase_s: float) -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Record drives in parallel. A failed drive is reported, and the others continue. Returns 1 if any failed."""
+    """Record drives in parallel; return 1 if any failed. A failed drive is reported, and the others continue."""
     scenes = "scenes in each drive, with six or seven images each"
     parser = options("Records scenes for the crop network.", TOWNS, drives=32, scenes=10, scenes_help=scenes)
     parser.add_argument("--gestures", action="store_true", help="one image of each scene, with many flaggers")

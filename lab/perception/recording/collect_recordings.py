@@ -26,32 +26,38 @@ from stucksolver_eval.systems.spec import SystemSpec
 
 PROFILES = ("cautious", "normal", "aggressive")
 LOG = ".drives"
-"""The folder of outcomes; a route with an outcome is done."""
+"""Folder of the outcomes; a route with an outcome is done."""
 
 
 @dataclass(frozen=True)
 class CollectSpec:
-    """What to record: a `suite` (or route file), or `drives` random routes in each of `towns`."""
+    """The recordings to make: a `suite` (or route file), or `drives` random routes in each of `towns`."""
 
     out: Path
     suite: str = ""
     only: tuple[str, ...] = ()
     towns: tuple[str, ...] = ()
     drives: int = 1
+    """Number of random routes in each town."""
     jobs: int = 2
+    """Number of drives in parallel."""
     seed: int = 1
+    """Seed of traffic, weather, pedestrians and random routes."""
     limit_s: float = 60.0
+    """Longest simulated time of a drive (s)."""
     driver: str = "behavior:normal"
     random_weather: bool = True
     every_s: float = 1.0
+    """Interval between the stored windows of ticks (s); 0 stores all."""
     maps: str | None = None
     host: str | None = None
     port: int = 2000
+    """Port of a given server."""
 
 
 @dataclass(frozen=True)
 class CollectResult:
-    """The number of drives in the folder now, and a line for each that failed, with the reason."""
+    """Present number of drives in the folder, and a line with the reason for each that failed."""
 
     done: int
     failed: tuple[str, ...]
@@ -61,7 +67,7 @@ def collect(spec: CollectSpec, out: TextIO = sys.stderr) -> CollectResult:
     """Drive the routes that have not been recorded yet. Progress goes to `out`.
 
     Raises:
-        ArmError: There is no such driver.
+        SystemSpecError: There is no such driver.
         SuiteError: There is no such suite or route.
         RouteFileError: The route file cannot be read.
         TownError: A town has no suitable routes.

@@ -1,4 +1,4 @@
-"""Records one drive: the rig's sensor data on the hero and the ground truth, in windows of ticks."""
+"""Records one drive: the sensor data of the ego's rig and the ground truth, in windows of ticks."""
 
 from __future__ import annotations
 
@@ -16,15 +16,16 @@ from stucksolver_perception.recording import Recorded, RecordingWriter
 from stucksolver_perception.rig import load_rig
 
 SETTLE_S = 2.0
-"""Time after which spawned actors have settled and the first images have arrived."""
+"""Time after which spawned actors have settled and the first images have arrived (s). Ours."""
 PICTURE_S = 0.5
-"""Time between two images if all ticks are kept."""
+"""Time between two images if all ticks are stored (s). Ours."""
 
 
 class DriveRecorder:
-    """Create it once all actors are spawned, call `tick` after every tick, and `close` at the end.
+    """Create it after all actors are spawned, call `tick` after every tick, and `close` at the end.
 
-    The constructor and `tick` raise `SensorError` if a sensor cannot be mounted or sends no data.
+    Raises:
+        SensorError: In the constructor and `tick`: a sensor cannot be mounted or sends no data.
     """
 
     def __init__(self, spec: RecordingSpec, setting: ScenarioContext, seed: int, about: dict[str, object]) -> None:
@@ -42,7 +43,11 @@ class DriveRecorder:
         self._start_s = float(setting.world.get_snapshot().timestamp.elapsed_seconds)
 
     def tick(self) -> None:
-        """Record the current tick if it belongs to a window. Raises `SensorError`."""
+        """Record the current tick if it belongs to a window.
+
+        Raises:
+            SensorError: A sensor sends no data.
+        """
         snapshot = self._setting.world.get_snapshot()
         frame, time_s = int(snapshot.frame), float(snapshot.timestamp.elapsed_seconds) - self._start_s
         if self._first_picture is None:
@@ -70,6 +75,6 @@ class DriveRecorder:
         )
 
     def close(self) -> None:
-        """Destroy the sensors and write the rest."""
+        """Destroy the sensors and write the remaining data."""
         self._sensors.close()
         self._writer.close()

@@ -1,4 +1,7 @@
-"""Poses of ego, vehicles and people for far scenes: places on a map with a long view along a road."""
+"""Poses of ego, vehicles and pedestrians for far scenes: positions on a map with a long view along a road.
+
+The numbers are ours.
+"""
 
 from __future__ import annotations
 
@@ -12,27 +15,30 @@ from numpy.typing import NDArray
 from stucksolver_perception.measurements import Floats
 
 GRID_M = 5.0
-"""Distance between the waypoints from which places are drawn."""
+"""Distance between the waypoints from which positions are drawn (m)."""
 NEAREST_M, FARTHEST_M = 22.0, 230.0
+"""Range of the vehicles' distances from the ego (m)."""
 CONE_RAD = math.radians(33.0)
-"""Slightly less than half the camera's field of view."""
+"""Half the angle of the cone in which vehicles are placed (rad), slightly less than half the camera's field of view."""
 AXIS_RAD = math.radians(6.0)
-"""A road that stays within this angle ahead is visible over a long distance."""
+"""Angle ahead within which a road must stay to be visible over a long distance (rad)."""
 LONG_VIEW_SHARE = 0.85
-"""Share of egos at places with a long view along a road; the others are anywhere."""
+"""Share of egos at positions with a long view along a road; the others are anywhere."""
 AXIS_SHARE = 0.75
 """Share of vehicles near the axis of view, where houses hide few of them."""
 PITCH_SIGMA_DEG = 0.1
-"""Standard deviation of the body's pitch relative to the road, as from braking."""
+"""Standard deviation of the body's pitch relative to the road, as from braking (degrees)."""
 APART_M = 7.5
+"""Least distance between two vehicles (m)."""
 SPEEDS_MPS = (0.0, 4.0, 9.0, 14.0, 20.0)
+"""Speeds of vehicles (m/s)."""
 AWAY_M = 8000.0
-"""Unused actors wait this far from the map's origin, out of sight of the camera."""
+"""Distance of unused actors from the map's origin (m), out of sight of the camera."""
 
 
 @dataclass(frozen=True)
 class ActorPose:
-    """A pose in CARLA's world frame (left-handed, metres, degrees), and a speed along the heading."""
+    """A pose in CARLA's world frame (left-handed, meters, degrees), and a speed along the heading."""
 
     x: float
     y: float
@@ -41,6 +47,7 @@ class ActorPose:
     yaw_deg: float
     roll_deg: float
     speed_mps: float = 0.0
+    """Speed along the heading (m/s)."""
 
     def transform(self) -> carla.Transform:
         """Return the pose as a `carla.Transform`."""
@@ -52,7 +59,7 @@ class ActorPose:
         return self.moved_by(self.speed_mps * seconds)
 
     def moved_by(self, way: float) -> ActorPose:
-        """Return the pose this far straight ahead (m)."""
+        """Return the pose `way` meters straight ahead."""
         yaw, pitch = math.radians(self.yaw_deg), math.radians(self.pitch_deg)
         return replace(
             self,
@@ -63,7 +70,7 @@ class ActorPose:
 
 
 def lane_places(carla_map: carla.Map) -> Floats:
-    """Return places in lanes, shape (n, 6): x, y, z (m), pitch, yaw, roll (degrees) in CARLA's world frame."""
+    """Return positions in lanes, shape (n, 6): x, y, z (m), pitch, yaw, roll (degrees) in CARLA's world frame."""
     rows = []
     for waypoint in carla_map.generate_waypoints(GRID_M):
         at, turn = waypoint.transform.location, waypoint.transform.rotation
@@ -88,7 +95,7 @@ class Places:
         return replace(shifted, pitch_deg=shifted.pitch_deg + random.normal(0.0, PITCH_SIGMA_DEG))
 
     def ahead_of(self, ego: ActorPose, ahead_m: float) -> ActorPose:
-        """Draw the pose of a car that stands in the ego's lane, its centre `ahead_m` ahead, with a small offset."""
+        """Draw the pose of a stopped car in the ego's lane, its center `ahead_m` ahead, with a small offset."""
         side_m, yaw = self._random.normal(0.0, 0.3), math.radians(ego.yaw_deg)
         turned_deg = ego.yaw_deg + self._random.normal(0.0, 1.5)
         there = ego.moved_by(ahead_m)
@@ -97,12 +104,12 @@ class Places:
 
     def vehicles(self, ego: ActorPose, total: int, most: int) -> list[ActorPose]:
         """Draw poses for `total` vehicles, of which at most `most` are in view; the others are far away."""
-        seen, bearing, distance = self._seen(ego)
+        visible, bearing, distance = self._seen(ego)
         random = self._random
         taken: list[int] = []
         for _ in range(min(most, total)):
-            narrow = np.abs(bearing[seen]) < AXIS_RAD
-            among = seen[narrow] if random.random() < AXIS_SHARE and narrow.any() else seen
+            narrow = np.abs(bearing[visible]) < AXIS_RAD
+            among = visible[narrow] if random.random() < AXIS_SHARE and narrow.any() else visible
             wanted_m = random.uniform(NEAREST_M, FARTHEST_M)
             near = among[np.abs(distance[among] - wanted_m) < 12.0]
             if not len(near):
@@ -114,9 +121,9 @@ class Places:
         return self._filled([self._vehicle(number) for number in taken], total)
 
     def walkers(self, ego: ActorPose, total: int, most: int) -> list[ActorPose]:
-        """Draw poses for `total` people, of which at most `most` are within 120 m, on lanes or beside them."""
-        seen, _, distance = self._seen(ego)
-        near = seen[distance[seen] < 120.0]
+        """Draw poses for `total` pedestrians, of which at most `most` are within 120 m, on lanes or beside them."""
+        visible, _, distance = self._seen(ego)
+        near = visible[distance[visible] < 120.0]
         if not len(near):
             return self._filled([], total)
         places = [int(item) for item in self._random.choice(near, min(most, total))]
@@ -139,7 +146,7 @@ class Places:
         return ActorPose(x + right_m * math.cos(side), y + right_m * math.sin(side), z, pitch, yaw + turned_deg, roll)
 
     def _seen(self, ego: ActorPose) -> tuple[NDArray[np.int64], Floats, Floats]:
-        """Return the indices of places in the camera's cone, and bearing (rad) and distance (m) of all places."""
+        """Return the indices of positions in the camera's cone, and bearing (rad) and distance (m) of all positions."""
         offset = self._rows[:, :2] - np.array([ego.x, ego.y])
         distance = np.hypot(offset[:, 0], offset[:, 1])
         bearing = np.arctan2(offset[:, 1], offset[:, 0]) - math.radians(ego.yaw_deg)
@@ -148,7 +155,7 @@ class Places:
         return np.flatnonzero(inside), bearing, distance
 
     def _long_views(self) -> Floats:
-        """Return each place's probability for the ego, by the amount of road far ahead and near the axis."""
+        """Return each position's probability for the ego, from the amount of road far ahead and near the axis."""
         chances = np.zeros(len(self._rows))
         for k, (x, y, z, _, yaw, _) in enumerate(self._rows.tolist()):
             _, bearing, distance = self._seen(ActorPose(x, y, z, 0.0, yaw, 0.0))
@@ -157,6 +164,6 @@ class Places:
         return np.asarray(chances / chances.sum())
 
     def _filled(self, placed: list[ActorPose], total: int) -> list[ActorPose]:
-        """Fill the list up to `total` poses with places far away and apart from each other."""
+        """Fill the list up to `total` poses with positions far away and apart from each other."""
         away = [ActorPose(AWAY_M + 20.0 * k, AWAY_M, 0.0, 0.0, 0.0, 0.0) for k in range(len(placed), total)]
         return [*placed, *away]

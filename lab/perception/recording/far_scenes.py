@@ -1,13 +1,16 @@
 """Records synthetic scenes for the far detector: vehicles 25 to 225 m ahead, both directions, any light and weather.
 
-`python -m lab.perception.recording.far_scenes --out DIR --drives 96 --seed 1 --jobs 16`
+```
+python -m lab.perception.recording.far_scenes --out DIR --drives 96 --seed 1 --jobs 16
+```
 
-With `--queued` a low car stands close ahead of the ego. The camera then sees the upper part of others over its roof.
+With `--queued` a low car is stopped close ahead of the ego. The camera then sees the upper part of others over
+its roof.
 
 A drive is one town in one weather. Each scene places the ego and its surroundings anew, and takes two images half a
-second apart, to measure how much a second look adds. The recordings have the usual format, without LiDAR points, and
-their camera takes only the rows that training cuts out: that is several times faster than whole images. In `time_s`,
-scenes are `SCENE_S` apart and the two looks `LOOK_S`.
+second apart, to measure the benefit of a second image. The recordings have the usual format, without LiDAR points.
+Their camera records only the rows that training cuts out, which is several times faster than whole images. In `time_s`,
+scenes are `SCENE_S` apart and their two images `LOOK_S`.
 """
 
 from __future__ import annotations
@@ -24,7 +27,14 @@ import numpy as np
 from lab.perception.recording.far_scene_poses import AWAY_M, ActorPose, Places
 from lab.perception.recording.ground_truth import TruthReader, ego_pose
 from lab.perception.recording.recording_sensors import INSTANCE_CAMERA, MountedSensor, encoded, instance_ids
-from lab.perception.recording.staged_scenes import CLIENT_LIMIT_S, drawn, drawn_weather, options, record_all, spawn_away
+from lab.perception.recording.staged_scenes import (
+    CLIENT_LIMIT_S,
+    draw_blueprint,
+    drawn_weather,
+    options,
+    record_all,
+    spawn_away,
+)
 from stucksolver_carla.client_connection import connect
 from stucksolver_eval.simulator_server import carlette_server, set_synchronous
 from stucksolver_perception.camera.horizon_strip import STRIP_ROWS, horizon_row
@@ -35,29 +45,38 @@ from stucksolver_perception.rig import Rig, load_rig
 
 TOWNS = ("interurban", "motorway", "Town04", "Town01", "Town02", "Town10HD")
 SCENE_S = 10.0
+"""Time between two scenes (s)."""
 LOOK_S = 0.5
+"""Time between the two images of a scene (s)."""
 STEP_S = 0.05
+"""Step of the simulation (s)."""
 EVERY_TICK = 0.0
 """Period of a camera that takes an image in every tick (s)."""
 VEHICLES = 16
+"""Number of vehicles of a drive. Ours."""
 TWO_WHEELERS = 4
+"""Number of two-wheelers of a drive. Ours."""
 WALKERS = 4
+"""Number of pedestrians of a drive. Ours."""
 EMPTY_SHARE = 0.12
-"""Share of scenes without actors, from which the detector learns that the road is not a car."""
+"""Share of scenes without actors. Ours; the detector learns from them that the road is not a car."""
 CROWDS = (1, 2, 3, 4, 6, 8, 11, 15)
-"""Largest numbers of vehicles in a scene; many vehicles hide each other."""
+"""Largest numbers of vehicles in a scene. Ours; many vehicles hide each other."""
 LIGHTS = carla.VehicleLightState
 LIT = int(LIGHTS.Position | LIGHTS.LowBeam)
 JPEG_QUALITY = 97
-"""Higher than in drives, and without chroma subsampling: far cars have few pixels, and the vehicle uses raw images."""
+"""Quality of the JPEG images (0 to 100). Ours.
+
+It is higher than in drives, and without chroma subsampling: far cars have few pixels, and the vehicle uses raw images.
+"""
 MARGIN_ROWS = 24
 """Rows above and below the strip, so that training can cut strips at other heights (`far_data.MARGIN_ROWS`)."""
 QUEUED_M = (4.0, 12.0)
-"""Range of the distance from the ego to the car ahead, between their bumpers (m)."""
+"""Range of the distance from the ego to the car ahead, between their bumpers (m). Ours."""
 LEAD_HEIGHT_M = (1.35, 1.56)
 """Range of that car's height (m): below the lens."""
 LEADS = 12
-"""Cars drawn, of which those with such a height stand ahead in turn."""
+"""Number of drawn cars; those with such a height are put ahead in turn. Ours."""
 
 
 @dataclass(frozen=True)
@@ -70,11 +89,16 @@ class FarDrive:
     seed: int
     scenes: int
     queued: bool = False
-    """A low car stands close ahead in each scene."""
+    """True if a low car is stopped close ahead in each scene."""
 
 
 def record(drive: FarDrive) -> int:
-    """Record one drive and return the number of images. Raises `ServerError` and `SensorError`."""
+    """Record one drive and return the number of images.
+
+    Raises:
+        ServerError: The server fails.
+        SensorError: A sensor fails.
+    """
     random = np.random.default_rng(drive.seed)
     with carlette_server(drive.town, drive.maps, drive.seed, scenery=True) as server:
         client = connect(server, CLIENT_LIMIT_S)
@@ -94,9 +118,9 @@ def record(drive: FarDrive) -> int:
 
 
 def strip_rig(rig: Rig) -> Rig:
-    """Return the rig with a camera that takes the rows around the horizon, `STRIP_ROWS` and a margin, and no others.
+    """Return the rig with a camera of only the rows around the horizon, `STRIP_ROWS` and a margin.
 
-    The horizon stays where it is relative to the middle of the image, so that the lens is the same.
+    The horizon keeps its position relative to the center of the image, so that the lens is the same.
     """
     off = abs(horizon_row(rig.camera) - rig.camera.height_px / 2.0)
     rows = STRIP_ROWS + 2 * MARGIN_ROWS + 2 * round(off)
@@ -116,9 +140,9 @@ class _FarSceneActors:
         bikes = [item for item in library.filter("vehicle.*") if item.get_attribute("number_of_wheels").as_int() == 2]
         people = list(library.filter("walker.pedestrian.*"))
         wanted = [*[cars] * VEHICLES, *[bikes] * TWO_WHEELERS, *[people] * WALKERS]
-        self._actors = [spawn_away(world, drawn(random, sort), k + 1) for k, sort in enumerate(wanted)]
+        self._actors = [spawn_away(world, draw_blueprint(random, sort), k + 1) for k, sort in enumerate(wanted)]
         first = len(wanted) + 1
-        leads = [spawn_away(world, drawn(random, cars), first + k) for k in range(LEADS if queued else 0)]
+        leads = [spawn_away(world, draw_blueprint(random, cars), first + k) for k in range(LEADS if queued else 0)]
         world.tick()
         self._leads = [lead for lead in leads if LEAD_HEIGHT_M[0] < 2.0 * lead.bounding_box.extent.z < LEAD_HEIGHT_M[1]]
         for lead in leads:
@@ -130,7 +154,7 @@ class _FarSceneActors:
         self._masks = MountedSensor(self._ego, camera_setup(self.rig.camera, EVERY_TICK, INSTANCE_CAMERA))
 
     def looks(self) -> Iterator[Any]:
-        """Yield the two looks at a new scene, as functions from the time stamp (s) to the recorded data."""
+        """Yield the two images of a new scene, as functions from the time stamp (s) to the recorded data."""
         ego, others = self._new_scene()
         for _ in range(2):
             moves = [carla.command.ApplyTransform(self._ego, ego.transform())]
@@ -161,7 +185,7 @@ class _FarSceneActors:
         return ego, placed
 
     def _queue(self, ego: ActorPose) -> None:
-        """Choose the car that stands ahead in this scene, and send the one of the last scene away."""
+        """Choose the car ahead of this scene, and move the one of the last scene away."""
         if not self._leads:
             return
         if self._lead is not None:
@@ -185,8 +209,8 @@ class _FarSceneActors:
             wheel_mps=0.0,
             truth=self._truth.read(snapshot),
             lights=None,
-            jpeg=encoded(self._camera.of(frame), JPEG_QUALITY),
-            instances=instance_ids(self._masks.of(frame)),
+            jpeg=encoded(self._camera.measurement(frame), JPEG_QUALITY),
+            instances=instance_ids(self._masks.measurement(frame)),
         )
 
 
@@ -203,7 +227,7 @@ def _lamps(random: np.random.Generator, *, dark: bool) -> int:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Record drives in parallel. A failed drive is reported, and the others continue. Returns 1 if any failed."""
+    """Record drives in parallel; return 1 if any failed. A failed drive is reported, and the others continue."""
     scenes = "scenes in each drive, with two images each"
     parser = options(
         "Records scenes for the detector of far vehicles.", TOWNS, drives=24, scenes=50, scenes_help=scenes

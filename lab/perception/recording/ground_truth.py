@@ -19,21 +19,29 @@ from stucksolver_perception.measurements import Floats
 from stucksolver_perception.recording import BOX_COLUMNS, GESTURES, KINDS, LightTruth, Truth
 
 RANGE_M = 250.0
+"""Distance up to which objects are recorded (m)."""
 LIGHTS_WITHIN_M = 120.0
+"""Distance up to which traffic lights are recorded (m)."""
 _DEEP_M = 40.0
-"""Staged actors wait farther below the ego than this."""
+"""Depth below the ego from which on an actor is a waiting one of a staged scene (m). Ours."""
 _FLAGGER = "walker.flagger"
 _UNKNOWN = -1
+"""Value of an unknown property."""
 _STATES = {
     carla.TrafficLightState.Red: 0,
     carla.TrafficLightState.Yellow: 1,
     carla.TrafficLightState.Green: 2,
     carla.TrafficLightState.Off: 3,
 }
+"""Numbers of the states of lights in a recording."""
 _UNKNOWN_STATE = 4
+"""Number of an unknown state."""
 
 DoorsOpen = Callable[[int], int]
-"""Returns the open doors of the vehicle with this id as bits, see `Truth.doors`; the client API cannot report them."""
+"""Returns the open doors of the vehicle with this id as bits, see `Truth.doors`.
+
+The client API cannot report them.
+"""
 
 
 @dataclass(frozen=True)
@@ -55,11 +63,15 @@ class TruthReader:
         self._known: dict[int, _ActorConstants | None] = {}
 
     def read(self, snapshot: carla.WorldSnapshot) -> Truth:
-        """Return all objects within `RANGE_M` of the ego at the current tick's snapshot. Raises `RuntimeError`."""
+        """Return all objects within `RANGE_M` of the ego at the current tick's snapshot.
+
+        Raises:
+            RuntimeError: An actor is missing in the snapshot.
+        """
         self._meet(snapshot)
         ego = in_snapshot(snapshot, self._ego_id).get_transform().location
         lamps = {int(actor): int(state) for actor, state in self._world.get_vehicles_light_states().items()}
-        rows, kept = [], []
+        rows, ids = [], []
         for actor_id, known in self._known.items():
             actor = None if known is None else snapshot.find(actor_id)
             if known is None or actor is None:
@@ -67,16 +79,16 @@ class TruthReader:
             row = _row(known.body, actor)
             if math.hypot(row[0] - ego.x, row[1] + ego.y) < RANGE_M and row[2] > ego.z - _DEEP_M:
                 rows.append(row)
-                kept.append((actor_id, known))
+                ids.append((actor_id, known))
         return Truth(
-            np.array([actor_id for actor_id, _ in kept], np.int64),
-            np.array([known.kind for _, known in kept], np.int64),
+            np.array([actor_id for actor_id, _ in ids], np.int64),
+            np.array([known.kind for _, known in ids], np.int64),
             np.array(rows, np.float64).reshape(-1, len(BOX_COLUMNS)),
-            np.array([lamps.get(number, 0) if known.has_lamps else -1 for number, known in kept], np.int64),
-            np.array([self._doors(number, known) for number, known in kept], np.int64),
-            np.array([known.gesture for _, known in kept], np.int64),
-            np.full(len(kept), _UNKNOWN, np.int64),
-            tuple(known.type_id for _, known in kept),
+            np.array([lamps.get(number, 0) if known.has_lamps else -1 for number, known in ids], np.int64),
+            np.array([self._doors(number, known) for number, known in ids], np.int64),
+            np.array([known.gesture for _, known in ids], np.int64),
+            np.full(len(ids), _UNKNOWN, np.int64),
+            tuple(known.type_id for _, known in ids),
         )
 
     def _doors(self, actor_id: int, known: _ActorConstants) -> int:
@@ -121,10 +133,14 @@ class LightsReader:
 
 
 def in_snapshot(snapshot: carla.WorldSnapshot, actor_id: int) -> carla.ActorSnapshot:
-    """Return the state of an actor. Raises `RuntimeError` if it is missing."""
+    """Return the state of an actor.
+
+    Raises:
+        RuntimeError: The actor is missing.
+    """
     found = snapshot.find(actor_id)
     if found is None:
-        raise RuntimeError(f"actor {actor_id} is gone from the world; the recording of the drive cannot continue")
+        raise RuntimeError(f"actor {actor_id} is missing in the world; the recording of the drive cannot continue")
     return found
 
 
@@ -146,7 +162,7 @@ def ego_pose(actor: carla.ActorSnapshot) -> Floats:
 
 
 def _kind(actor: carla.Actor) -> ObjectKind:
-    """Return the actor's kind as the stack does, except for flaggers, which perception must recognise."""
+    """Return the actor's kind as in the stack, except for flaggers, which perception must recognize."""
     if actor.type_id.startswith(_FLAGGER):
         return ObjectKind.FLAGGER
     return kind_of(actor.type_id, attributes_of(actor))
@@ -154,14 +170,14 @@ def _kind(actor: carla.Actor) -> ObjectKind:
 
 def _gesture(actor: carla.Actor) -> int:
     """Return the index of a flagger's gesture, which carlette's blueprint has as an attribute."""
-    told = actor.attributes.get("gesture")
-    return _UNKNOWN if told is None else GESTURES.index(Gesture(told))
+    gesture = actor.attributes.get("gesture")
+    return _UNKNOWN if gesture is None else GESTURES.index(Gesture(gesture))
 
 
 def _row(body: ActorBox, actor: carla.ActorSnapshot) -> tuple[float, ...]:
     """Return an object's row with the columns `BOX_COLUMNS`."""
     transform, velocity = actor.get_transform(), actor.get_velocity()
-    # The client's stub declares vectors; in fact a location is transformed to a location.
+    # The client's stub declares vectors. In fact a location is transformed to a location.
     middle: Any = transform.transform(carla.Location(*body.offset))
     x, y = to_local(middle)
     yaw = math.remainder(yaw_to_local(transform.rotation.yaw) - body.yaw, math.tau)

@@ -1,4 +1,7 @@
-"""Groups of people in a crowd: a network that only knows single people takes six of them for a car."""
+"""Groups of pedestrians in a crowd: a network that was trained on single pedestrians mistakes six of them for a car.
+
+The numbers are ours.
+"""
 
 from __future__ import annotations
 
@@ -7,22 +10,23 @@ from random import Random
 EVERY_M = 30.0
 """Average distance between groups along the route (m)."""
 SIZES = (2, 7)
-"""Fewest and most people of a group."""
+"""Smallest and largest number of pedestrians of a group."""
 APART_M = (0.45, 0.8)
-"""How near to each other they may stand, and how far apart the rows and columns are at most (m)."""
+"""Range of the distances between neighbors, and between rows and columns (m)."""
 REACH_M = 1.8
-"""Radius of the room that a group needs (m)."""
+"""Radius of the space that a group requires (m)."""
 STANDS = 0.6
 """Share of the groups that stand still; the others walk together."""
 ASIDE = (0.3, 1.6)
-"""Nearest and farthest place beside the centre of the hero's lane, in widths of the lane."""
+"""Range of the distances from the center of the ego's lane, in widths of the lane."""
 ROWS = (1, 1, 2, 2, 3)
 """Numbers of rows, each equally likely."""
 
 
 def places_of_a_group(chance: Random) -> list[tuple[float, float]]:
-    """Return where the people of a group stand (m), to the right of its centre and ahead: in one to three rows, each a
-    little out of line. No two are nearer than the least of `APART_M`.
+    """Return the positions of the pedestrians of a group (m), to the right of its center and ahead.
+
+    They stand in one to three rows, each a little out of line. No two are nearer than the least of `APART_M`.
     """
     count, rows = chance.randint(*SIZES), chance.choice(ROWS)
     least_m, most_m = APART_M

@@ -1,4 +1,4 @@
-"""The kinds of objects that a crowd consists of: how frequent each is, how much room it needs, and its blueprints."""
+"""The kinds of objects of a crowd: the frequency, the required space and the blueprints of each."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from stucksolver_carla.stack.object_kinds import kind_of
 
 Shares = Sequence[tuple[ObjectKind, float]]
 LOW_SHARES = ((ObjectKind.BAG, 1.0), (ObjectKind.LITTER, 1.0), (ObjectKind.DEBRIS, 2.0))
+"""Relative frequencies of low objects on the road. Ours."""
 LOW = tuple(kind for kind, _ in LOW_SHARES)
 SHARES = (
     (ObjectKind.CAR, 5.0),
@@ -31,7 +32,7 @@ SHARES = (
     (ObjectKind.CROSSING_GATE, 0.3),
     (ObjectKind.PROP, 2.0),
 )
-"""Relative frequency of each kind beside the road; within a kind, all blueprints are equally likely."""
+"""Relative frequency of each kind beside the road. Ours; within a kind, all blueprints are equally likely."""
 ON_WHEELS = (
     ObjectKind.CAR,
     ObjectKind.EMERGENCY,
@@ -53,12 +54,15 @@ REACH_OF_M = {
     ObjectKind.BUS: 4.0,
     ObjectKind.SCHOOL_BUS: 4.5,
 }
-"""Radius of the room that an object needs; smaller than half its length, because vehicles stand in rows."""
+"""Radius of the space that an object requires (m). Ours.
+
+It is smaller than half its length, because vehicles stand in rows.
+"""
 _FLAGGER = "walker.flagger"
 
 
 def deal(shares: Shares, count: int, chance: Random) -> list[ObjectKind]:
-    """Return about `count` kinds in these shares, largest first, because large objects need room that is still free."""
+    """Return about `count` kinds in these shares, largest first: large objects require space that is still free."""
     total = sum(share for _, share in shares)
     deck: list[ObjectKind] = []
     for kind, share in shares:

@@ -1,4 +1,4 @@
-"""Staged scenes: actors without physics, placed anew for each image, in a weather of their own; many drives at once."""
+"""Staged scenes: actors without physics, placed anew for each image, in a given weather; many drives in parallel."""
 
 from __future__ import annotations
 
@@ -20,10 +20,11 @@ RAIN = ("MidRainyNoon", "HardRainNoon", "MidRainSunset", "SoftRainSunset")
 NIGHT = ("ClearNight", "CloudyNight", "WetNight")
 RAIN_NIGHT = ("MidRainyNight", "HardRainNight")
 FOG_DENSITIES = (15.0, 30.0, 50.0, 70.0)
-"""Values of `carla.WeatherParameters.fog_density` (percent)."""
+"""Values of `carla.WeatherParameters.fog_density` (percent). Ours."""
 KINDS_OF_WEATHER = ("day", "day", "day", "rain", "night", "night", "rain_night", "fog")
-"""Kinds of weather; each entry has the same probability."""
+"""Kinds of weather; each entry has the same probability. Ours."""
 CLIENT_LIMIT_S = 60.0
+"""Timeout of the client's calls (s). Ours."""
 
 
 class StagedDrive(Protocol):
@@ -31,7 +32,7 @@ class StagedDrive(Protocol):
 
     @property
     def folder(self) -> Path:
-        """Where it is recorded."""
+        """Folder of the recording."""
 
     @property
     def town(self) -> str:
@@ -42,15 +43,15 @@ Drive = TypeVar("Drive", bound=StagedDrive)
 
 
 def spawn_away(world: Any, blueprint: Any, number: int) -> Any:
-    """Spawn an actor without physics, far away and out of sight; `number` keeps actors apart."""
+    """Spawn an actor without physics, far away and out of sight; `number` separates actors."""
     place = carla.Transform(carla.Location(x=AWAY_M + 20.0 * number, y=-AWAY_M))
     actor = world.spawn_actor(blueprint, place)
     actor.set_simulate_physics(False)
     return actor
 
 
-def drawn(random: np.random.Generator, blueprints: Sequence[Any]) -> Any:
-    """Return a random blueprint, with a random colour if it has several."""
+def draw_blueprint(random: np.random.Generator, blueprints: Sequence[Any]) -> Any:
+    """Return a random blueprint, with a random color if it has several."""
     blueprint = blueprints[int(random.integers(len(blueprints)))]
     if blueprint.has_attribute("color"):
         colors = blueprint.get_attribute("color").recommended_values
@@ -95,7 +96,7 @@ def options(
 
 
 def record_all(record: Callable[[Drive], int], drives: Sequence[Drive], jobs: int) -> int:
-    """Record drives in parallel, and report each. A failed one does not stop the others. Returns 1 if any failed."""
+    """Record drives in parallel, and report each; return 1 if any failed. A failed one does not stop the others."""
     failed = 0
     with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
         waiting = {pool.submit(record, drive): drive for drive in drives}
@@ -103,6 +104,6 @@ def record_all(record: Callable[[Drive], int], drives: Sequence[Drive], jobs: in
             drive = waiting[future]
             error = future.exception()
             failed += error is not None
-            said = f"{future.result()} pictures" if error is None else f"failed: {error}"
-            print(f"{done}/{len(drives)} {drive.folder.name} {drive.town}: {said}", flush=True)
+            result = f"{future.result()} pictures" if error is None else f"failed: {error}"
+            print(f"{done}/{len(drives)} {drive.folder.name} {drive.town}: {result}", flush=True)
     return 1 if failed else 0

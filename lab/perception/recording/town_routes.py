@@ -14,8 +14,9 @@ if TYPE_CHECKING:
     import carla
 
 NEAREST_M, FARTHEST_M = 120.0, 400.0
-"""Straight-line distance from the start of a route to its end."""
+"""Range of the straight-line distance from the start of a route to its end (m). Ours."""
 _TRIES = 200
+"""Number of tries to find a route. Ours."""
 
 
 class TownError(RuntimeError):
@@ -25,7 +26,12 @@ class TownError(RuntimeError):
 def town_routes(
     towns: tuple[str, ...], drives: int, seed: int, maps: str | None, host: str | None = None, port: int = 2000
 ) -> tuple[Route, ...]:
-    """Return `drives` random routes in each town, always the same for a seed. Raises `TownError` and `ServerError`."""
+    """Return `drives` random routes in each town, always the same for a seed.
+
+    Raises:
+        TownError: A town has no suitable route.
+        ServerError: The given server does not respond.
+    """
     found: list[Route] = []
     for town in towns:
         with open_server(town, maps, seed, host, port) as server:
@@ -44,4 +50,6 @@ def _route(town: str, spots: list[carla.Transform], number: int, chance: Random)
         if NEAREST_M < math.hypot(start.x - end.x, start.y - end.y) < FARTHEST_M:
             waypoints = tuple(Position(float(p.x), float(p.y), float(p.z)) for p in (start, end))
             return Route(f"{town}_{number:03d}", town, waypoints)
-    raise TownError(f"{town}: its {len(spots)} spawn points allow no route of {NEAREST_M:.0f} to {FARTHEST_M:.0f} m")
+    raise TownError(
+        f"no route of {NEAREST_M:.0f} to {FARTHEST_M:.0f} m between {len(spots)} spawn points: {town}. Use another town"
+    )

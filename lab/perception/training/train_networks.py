@@ -14,12 +14,12 @@ from stucksolver.atomic_files import cannot_write
 
 
 class TrainingError(RuntimeError):
-    """A network cannot be trained or exported; the message says why and what to do."""
+    """A network cannot be trained or exported; the message has the reason and the remedy."""
 
 
 @dataclass(frozen=True)
 class NetworkTraining:
-    """How to train a network.
+    """The training of a network.
 
     Attributes:
         module: The module that trains it.
@@ -45,7 +45,7 @@ NETWORKS = {
 
 @dataclass(frozen=True)
 class TrainSpec:
-    """What to train.
+    """The networks to train.
 
     Attributes:
         data: Folders of recordings for training.
@@ -61,19 +61,25 @@ class TrainSpec:
     out: Path
     only: tuple[str, ...] = ()
     minutes: float = 8.0
+    """Training time of each network (min). Ours."""
     seed: int = 1
+    """Seed of the training."""
 
 
 def train_networks(spec: TrainSpec) -> None:
-    """Train the networks one after another. Raises `TrainingError` at the first that fails."""
+    """Train the networks one after another.
+
+    Raises:
+        TrainingError: A network cannot be trained; the others are not trained.
+    """
     require_torch()
     for name in spec.only or NETWORKS:
-        told = ["--data", *map(str, spec.data), "--check", *map(str, spec.check), "--out", str(spec.out / name)]
-        _run(name, NETWORKS[name].module, [*told, "--minutes", str(spec.minutes), "--seed", str(spec.seed)])
+        arguments = ["--data", *map(str, spec.data), "--check", *map(str, spec.check), "--out", str(spec.out / name)]
+        _run(name, NETWORKS[name].module, [*arguments, "--minutes", str(spec.minutes), "--seed", str(spec.seed)])
 
 
 def export_networks(run: Path, check: Sequence[Path], to: Path | None, only: Sequence[str]) -> list[Path]:
-    """Install trained networks where perception looks for them, or in `to`. Returns the folder of each network.
+    """Install trained networks in the folders that perception reads, or in `to`; return the folder of each network.
 
     Args:
         run: The `out` of a training.
@@ -96,20 +102,20 @@ def export_networks(run: Path, check: Sequence[Path], to: Path | None, only: Seq
             _copy([run / name / file for file in network.files], target)
         found.append(target)
     if not found:
-        raise TrainingError(f"{run} contains no trained network; train some with `python -m lab perception train`")
+        raise TrainingError(f"no trained network: {run}. Train some with `python -m lab perception train`")
     return found
 
 
 def require_torch() -> None:
     """Raise `TrainingError` if torch is not installed."""
     if find_spec("torch") is None:
-        raise TrainingError("training needs torch, which is not installed: pip install torch onnx")
+        raise TrainingError("not installed: torch. Install it with `pip install torch onnx`")
 
 
 def _run(name: str, module: str, arguments: list[str]) -> None:
     code = subprocess.run([sys.executable, "-m", module, *arguments], check=False).returncode
     if code:
-        raise TrainingError(f"{name}: {module} ended with exit code {code}; see its output above")
+        raise TrainingError(f"{name}: exit code {code} of {module}. See its output above")
 
 
 def _shipped(package: str) -> Path:
@@ -121,7 +127,7 @@ def _shipped(package: str) -> Path:
 def _copy(files: Sequence[Path], target: Path) -> None:
     missing = [file for file in files if not file.is_file()]
     if missing:
-        raise TrainingError(f"{missing[0]} does not exist; was the training of this network completed?")
+        raise TrainingError(f"file not found: {missing[0]}. Complete the training of this network")
     try:
         target.mkdir(parents=True, exist_ok=True)
         for file in files:

@@ -71,5 +71,5 @@ def test_a_damaged_file_is_named(tmp_path):
     write_moments(tmp_path / "a.jsonl.gz", [moment()] * 30)
     data = (tmp_path / "a.jsonl.gz").read_bytes()
     (tmp_path / "a.jsonl.gz").write_bytes(data[: len(data) // 2])
-    with pytest.raises(ValueError, match=r"a\.jsonl\.gz holds no moments"):
+    with pytest.raises(ValueError, match=r"cannot read samples: .*a\.jsonl\.gz"):
         read_moments(tmp_path / "a.jsonl.gz")

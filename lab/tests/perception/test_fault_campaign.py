@@ -55,7 +55,7 @@ def test_fault_campaign_default_covers_all_faults_and_none(tmp_path):
 def test_fault_campaign_invalid_choice_is_one_line_error(tmp_path, capsys):
     """An unknown fault or suite is an error of one line, with exit code 2."""
     with pytest.raises(
-        FaultCampaignError, match="unknown sensor fault 'lidar-melted'; choose from none, lidar-missing"
+        FaultCampaignError, match=r"unknown sensor fault: 'lidar-melted'\. Choose from none, lidar-missing"
     ):
         campaign(FaultCampaignSpec(tmp_path, faults=("lidar-melted",)))
     assert main(["--out", str(tmp_path), "--suite", "no_such_suite"]) == 2

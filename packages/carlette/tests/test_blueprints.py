@@ -4,21 +4,21 @@ from __future__ import annotations
 
 import pytest
 
-from carlette.blueprints import AttributeType, load_catalogue
+from carlette.blueprints import AttributeType, load_catalog
 from carlette.blueprints.library import EXTRA
 
-CATALOGUE = load_catalogue()
+CATALOG = load_catalog()
 
 
 def attributes(type_id: str) -> dict[str, str]:
-    return {attribute.id: attribute.value for attribute in CATALOGUE.definitions[type_id].attributes}
+    return {attribute.id: attribute.value for attribute in CATALOG.definitions[type_id].attributes}
 
 
 def test_carlas_own_are_counted_and_unmarked() -> None:
     def usual(prefix: str) -> int:
         return sum(
             id.startswith(prefix) and EXTRA not in definition.tags.split(",")
-            for id, definition in CATALOGUE.definitions.items()
+            for id, definition in CATALOG.definitions.items()
         )
 
     assert (usual("vehicle."), usual("walker.pedestrian."), usual("static.prop.")) == (41, 52, 100)
@@ -42,20 +42,20 @@ def test_carlas_own_are_counted_and_unmarked() -> None:
     ],
 )
 def test_what_carla_lacks_carries_tag_and_attribute(type_id: str) -> None:
-    assert EXTRA in CATALOGUE.definitions[type_id].tags.split(",")
+    assert EXTRA in CATALOG.definitions[type_id].tags.split(",")
     assert attributes(type_id)[EXTRA] == "true"
 
 
 def test_blueprint_patterns_for_walkers_and_vehicles_exclude_animals() -> None:
     """A random choice among the walkers or the vehicles never gives an animal."""
-    assert not any(id.startswith(("walker.", "vehicle.")) for id in CATALOGUE.definitions if "animal" in id)
+    assert not any(id.startswith(("walker.", "vehicle.")) for id in CATALOG.definitions if "animal" in id)
 
 
-@pytest.mark.parametrize("type_id", sorted(CATALOGUE.walkers))
+@pytest.mark.parametrize("type_id", sorted(CATALOG.walkers))
 def test_every_walker_stands_in_its_box_and_names_its_speeds(type_id: str) -> None:
-    model = CATALOGUE.walkers[type_id]
+    model = CATALOG.walkers[type_id]
     assert 0.1 < model.box.extent.z < 1.1
-    speed = next(attribute for attribute in CATALOGUE.definitions[type_id].attributes if attribute.id == "speed")
+    speed = next(attribute for attribute in CATALOG.definitions[type_id].attributes if attribute.id == "speed")
     still, walk, run = map(float, speed.recommended)
     assert still == 0.0 < walk < run
     assert speed.type is AttributeType.FLOAT and speed.is_modifiable
@@ -63,7 +63,7 @@ def test_every_walker_stands_in_its_box_and_names_its_speeds(type_id: str) -> No
 
 def test_children_are_smaller_and_only_some_walkers_take_a_wheelchair() -> None:
     heights = {}
-    for model in CATALOGUE.walkers.values():
+    for model in CATALOG.walkers.values():
         heights.setdefault(model.age, set()).add(model.box.extent.z)
     assert max(heights["child"]) < 0.7
     assert attributes("walker.pedestrian.0001")["can_use_wheelchair"] == "true"
@@ -85,14 +85,14 @@ def test_children_are_smaller_and_only_some_walkers_take_a_wheelchair() -> None:
     ],
 )
 def test_boxes_are_those_of_the_real_simulator(type_id: str, half: tuple[float, float, float]) -> None:
-    box = (CATALOGUE.vehicles.get(type_id) or CATALOGUE.props[type_id]).box
+    box = (CATALOG.vehicles.get(type_id) or CATALOG.props[type_id]).box
     assert tuple(box.extent) == pytest.approx(half, abs=0.002)
 
 
-@pytest.mark.parametrize("type_id", sorted(CATALOGUE.vehicles))
+@pytest.mark.parametrize("type_id", sorted(CATALOG.vehicles))
 def test_every_vehicle_has_carlas_attributes(type_id: str) -> None:
     found = attributes(type_id)
-    model = CATALOGUE.vehicles[type_id]
+    model = CATALOG.vehicles[type_id]
     assert found["base_type"] in {"car", "truck", "van", "bus", "motorcycle", "bicycle"}
     assert int(found["number_of_wheels"]) == model.wheels in {2, 4, 6}
     assert found["generation"] in {"1", "2"}

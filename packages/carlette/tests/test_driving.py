@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from carlette.blueprints import load_catalogue
+from carlette.blueprints import load_catalog
 from carlette.geometry import Rotation
 from carlette.physics.vehicle_dynamics import ENGAGE_S, MANUAL
 from carlette.world.spawn import spawn
@@ -153,7 +153,7 @@ def test_nan_pedals_mean_full_pedals() -> None:
 
 
 @pytest.mark.integration
-@pytest.mark.parametrize("type_id", sorted(load_catalogue().vehicles))
+@pytest.mark.parametrize("type_id", sorted(load_catalog().vehicles))
 def test_every_vehicle_drives_and_stops(type_id: str) -> None:
     world = straight_world()
     car = add(world, type_id)

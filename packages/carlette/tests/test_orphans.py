@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from carlette.blueprints import load_catalogue
+from carlette.blueprints import load_catalog
 from carlette.blueprints.sensor_definitions import IN_THE_CLIENT
 from carlette.client_versions import DEFAULT_VERSION, VERSIONS
 from carlette.geometry import Pose, Rotation, Vector
@@ -19,7 +19,7 @@ from straight import add, launch, on_lane, straight_world, ticks
 
 SENSORS = [
     definition
-    for definition in load_catalogue().definitions
+    for definition in load_catalog().definitions
     if definition.startswith("sensor.") and definition not in IN_THE_CLIENT
 ]
 MOUNT = Pose(Vector(1.0, 0.5, 1.6), Rotation(yaw=30.0))

@@ -7,13 +7,13 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from carlette.blueprints import AttributeType, load_catalogue
+from carlette.blueprints import AttributeType, load_catalog
 from carlette.blueprints.default_color import UNPAINTED
 from carlette.world.spawn import spawn
 from straight import add, drive, on_lane, straight_world, ticks
 
 CAR, POLICE, BICYCLE = "vehicle.lincoln.mkz_2020", "vehicle.dodge.charger_police_2020", "vehicle.bh.crossbike"
-DEFINITIONS = load_catalogue().definitions
+DEFINITIONS = load_catalog().definitions
 
 
 def recommended(type_id: str) -> tuple[str, ...]:

@@ -37,9 +37,9 @@ def test_a_stream_is_left_when_its_last_reader_is_gone(ends: tuple[socket.socket
     readers = [subscriber(end, 7) for end in ends]
     hub.subscribers.update(readers)
     parting = hub.parting(7)
-    hub.left(readers[0])
+    hub.note_departure(readers[0])
     assert not parting.done()
-    hub.left(readers[1])
+    hub.note_departure(readers[1])
     assert parting.done()
 
 

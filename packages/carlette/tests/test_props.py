@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from carlette.blueprints import load_catalogue
+from carlette.blueprints import load_catalog
 from carlette.geometry import Pose, Rotation, Vector
 from carlette.world.spawn import spawn
 from straight import CAR, LANE_Y_M, add, drive, launch, on_lane, speed_of, straight_world, ticks
 
-PROPS = load_catalogue().props
+PROPS = load_catalog().props
 BY_CONTACT = {
     kind: [item for item in PROPS.values() if item.contact == kind] for kind in ("passable", "loose", "fixed")
 }

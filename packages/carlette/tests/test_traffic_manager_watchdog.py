@@ -144,9 +144,9 @@ def test_watchdog_silent_client_is_woken_after_stall_time(manager: FakeManager, 
     """A silent client is woken after the stall time, and not earlier."""
     watch = TrafficManagerWatchdog()
     watch.published(100.0, "127.0.0.1", [manager.port])
-    watch.look(100.0 + STALLED_S - 0.01)
+    watch.free_if_silent(100.0 + STALLED_S - 0.01)
     assert settled(no_rescue_runs) and manager.calls == []
-    watch.look(100.0 + STALLED_S + 0.01)
+    watch.free_if_silent(100.0 + STALLED_S + 0.01)
     assert settled(lambda: watch.count == 1)
     assert manager.calls == WAKING
 
@@ -154,11 +154,11 @@ def test_watchdog_silent_client_is_woken_after_stall_time(manager: FakeManager, 
 def test_a_client_is_woken_whatever_it_called_before_it_hung(manager: FakeManager, lost: None) -> None:
     watch = TrafficManagerWatchdog()
     watch.published(100.0, "127.0.0.1", [manager.port])
-    watch.heard()
-    watch.look(110.0)
-    watch.look(110.0 + STALLED_S - 0.01)
+    watch.note_call()
+    watch.free_if_silent(110.0)
+    watch.free_if_silent(110.0 + STALLED_S - 0.01)
     assert settled(no_rescue_runs) and manager.calls == []
-    watch.look(110.0 + STALLED_S + 0.01)
+    watch.free_if_silent(110.0 + STALLED_S + 0.01)
     assert settled(lambda: watch.count == 1)
 
 
@@ -167,7 +167,7 @@ def test_watchdog_hanging_client_is_woken_limited_times(manager: FakeManager, lo
     watch = TrafficManagerWatchdog()
     watch.published(0.0, "127.0.0.1", [manager.port])
     for i in range(1, 2 * MOST_TRIES):
-        watch.look(100.0 * i)
+        watch.free_if_silent(100.0 * i)
         assert settled(no_rescue_runs)
     assert watch.count == MOST_TRIES
 
@@ -178,7 +178,7 @@ def test_a_client_that_waits_for_something_else_is_left_alone(manager: FakeManag
     watch = TrafficManagerWatchdog()
     watch.published(0.0, "127.0.0.1", [manager.port])
     for now in (1.0, 10.0, 100.0):
-        watch.look(now)
+        watch.free_if_silent(now)
         assert settled(no_rescue_runs)
     assert manager.calls == []
 
@@ -187,15 +187,15 @@ def test_watchdog_unknown_threads_are_woken_once_after_longer_time(manager: Fake
     """If the state of its threads is unknown, a silent client is woken once and after a longer time."""
     watch = TrafficManagerWatchdog()
     watch.published(100.0, "127.0.0.1", [manager.port])
-    watch.look(100.0 + STALLED_S - 0.01)
+    watch.free_if_silent(100.0 + STALLED_S - 0.01)
     assert settled(no_rescue_runs) and manager.calls == []
     # This very process is at work, so it might only be late.
-    watch.look(100.0 + STALLED_S + 0.01)
+    watch.free_if_silent(100.0 + STALLED_S + 0.01)
     assert settled(no_rescue_runs) and manager.calls == []
-    watch.look(100.0 + FAR_STALLED_S + 0.01)
+    watch.free_if_silent(100.0 + FAR_STALLED_S + 0.01)
     assert settled(lambda: watch.count == 1)
     assert manager.calls == WAKING
-    watch.look(200.0)
+    watch.free_if_silent(200.0)
     assert settled(no_rescue_runs) and len(manager.calls) == 3
 
 
@@ -204,9 +204,9 @@ def test_watchdog_unknown_threads_are_ignored_after_step_began(manager: FakeMana
     watch = TrafficManagerWatchdog()
     for has_begun, calls in ((True, []), (False, WAKING)):
         watch.published(0.0, "127.0.0.1", [manager.port])
-        watch.heard(has_begun=has_begun)
-        watch.look(10.0)
-        watch.look(20.0)
+        watch.note_call(has_begun=has_begun)
+        watch.free_if_silent(10.0)
+        watch.free_if_silent(20.0)
         assert settled(no_rescue_runs) and manager.calls == calls
 
 
@@ -218,9 +218,9 @@ def test_watchdog_remote_client_is_woken_after_longer_silence(
     monkeypatch.setattr(watchdog, "wake", lambda host, port, switching: woken.append((host, port)))
     watch = TrafficManagerWatchdog()
     watch.published(0.0, "192.0.2.7", [manager.port])
-    watch.look(STALLED_S + 0.1)
+    watch.free_if_silent(STALLED_S + 0.1)
     assert settled(no_rescue_runs) and woken == []
-    watch.look(FAR_STALLED_S + 0.1)
+    watch.free_if_silent(FAR_STALLED_S + 0.1)
     assert settled(no_rescue_runs) and woken == [("192.0.2.7", manager.port)]
 
 
@@ -231,7 +231,7 @@ def test_watchdog_wakes_all_managers_even_if_one_is_mute(
     monkeypatch.setattr(watchdog, "ANSWER_S", 0.2)
     watch = TrafficManagerWatchdog()
     watch.published(0.0, "127.0.0.1", [mute.port, manager.port])
-    watch.look(STALLED_S + 0.1)
+    watch.free_if_silent(STALLED_S + 0.1)
     assert settled(lambda: watch.count == 1 and no_rescue_runs())
     assert manager.calls == WAKING
 
@@ -239,15 +239,15 @@ def test_watchdog_wakes_all_managers_even_if_one_is_mute(
 def test_a_client_that_left_is_left_alone(manager: FakeManager, lost: None) -> None:
     watch = TrafficManagerWatchdog()
     watch.published(0.0, "127.0.0.1", [manager.port])
-    watch.left()
-    watch.look(10.0)
+    watch.note_disconnect()
+    watch.free_if_silent(10.0)
     assert settled(no_rescue_runs) and manager.calls == []
 
 
 def test_a_client_without_managers_is_left_alone() -> None:
     watch = TrafficManagerWatchdog()
     watch.published(0.0, "127.0.0.1", [])
-    watch.look(10.0)
+    watch.free_if_silent(10.0)
     assert no_rescue_runs() and watch.count == 0
 
 
@@ -259,7 +259,7 @@ def test_watchdog_mute_manager_keeps_mode_and_blocks_nothing(
     monkeypatch.setattr(watchdog, "ANSWER_S", 2.0)
     watch = TrafficManagerWatchdog()
     watch.published(0.0, "127.0.0.1", [mute.port])
-    watch.look(STALLED_S + 0.1)
+    watch.free_if_silent(STALLED_S + 0.1)
     assert not no_rescue_runs(), "nobody waits for the answer but the rescue"
     assert settled(no_rescue_runs)
     assert mute.calls == [(HEALTH, [])]
@@ -269,7 +269,7 @@ def test_watchdog_mute_manager_keeps_mode_and_blocks_nothing(
 def test_a_manager_that_is_gone_is_no_error() -> None:
     watch = TrafficManagerWatchdog()
     watch.published(0.0, "127.0.0.1", [free_port()])
-    watch.look(FAR_STALLED_S + 0.1)
+    watch.free_if_silent(FAR_STALLED_S + 0.1)
     assert settled(no_rescue_runs) and watch.count == 0
 
 

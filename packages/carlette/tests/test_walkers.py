@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from carlette.blueprints import AttributeType
 from carlette.geometry import Pose, Vector
-from carlette.opendrive.road_network import KERB_M
+from carlette.opendrive.road_network import CURB_M
 from carlette.physics.walkers import LIES_S, MOST_MPS
 from carlette.world.spawn import spawn
 from straight import CAR, add, launch, speed_of, straight_world, ticks
@@ -51,7 +51,7 @@ def test_a_walker_steps_onto_the_sidewalk_and_down_again() -> None:
     walker = add(world, WALKER, z=STAND_M)
     walk(world, walker, y=1.0, speed=2.0)
     list(ticks(world, 40))
-    assert world.pose(walker).location.z == pytest.approx(STAND_M + KERB_M, abs=0.01)
+    assert world.pose(walker).location.z == pytest.approx(STAND_M + CURB_M, abs=0.01)
     walk(world, walker, y=-1.0, speed=2.0)
     list(ticks(world, 50))
     assert world.pose(walker).location.z == pytest.approx(STAND_M, abs=0.01)

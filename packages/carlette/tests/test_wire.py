@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from carlette.blueprints import load_catalogue
+from carlette.blueprints import load_catalog
 from carlette.client_versions import VERSIONS
 from carlette.geometry import Pose, Rotation, Vector
 from carlette.wire import encode
@@ -72,7 +72,7 @@ def test_responses_tell_success_from_error_for_void_and_for_values() -> None:
 def test_attribute_types_shift_for_newer_client_and_read_back(version: str, boolean: int) -> None:
     """Attribute types are shifted for the newer client and read back correctly."""
     served = VERSIONS[version]
-    car = load_catalogue().definitions["vehicle.tesla.model3"]
+    car = load_catalog().definitions["vehicle.tesla.model3"]
     wire = encode.definition(1, car, served)
     kinds = {item[0]: item[1] for item in wire[3]}
     assert kinds["has_lights"] == boolean

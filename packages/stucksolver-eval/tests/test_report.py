@@ -237,7 +237,7 @@ except ReportError as error:
     print(error)
 """
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert f"cannot write the report to {path}" in result.stdout
+    assert f"cannot write report: {path}" in result.stdout
     assert "free that much space" in result.stdout
     assert path.read_text(encoding="utf-8") == "the old report"
     assert [entry.name for entry in tmp_path.iterdir()] == ["report.html"]
@@ -245,7 +245,7 @@ except ReportError as error:
 
 def test_an_impossible_folder_is_reported(tmp_path):
     (tmp_path / "file").write_text("", encoding="utf-8")
-    with pytest.raises(ReportError, match="cannot write the report to"):
+    with pytest.raises(ReportError, match="cannot write report"):
         write_report([run_log()], tmp_path / "file" / "report.html", "Runs", [])
 
 

@@ -63,7 +63,7 @@ def test_the_best_streets_are_full_length_and_free_of_junctions(town, kind):
         assert street.length_m == 170
         assert street.junction_free
         assert not any(waypoint.is_junction for waypoint in street.waypoints)
-        assert street.centre_line == "broken"
+        assert street.center_line == "broken"
 
 
 @pytest.mark.parametrize("kind", ["one_lane", "multi_lane"])
@@ -103,11 +103,11 @@ def test_streets_of_one_direction_are_apart():
 
 def test_streets_unsuitable_map_is_named_with_remedy():
     """A map without a suitable street is named, with the number of searched lanes and a remedy."""
-    with pytest.raises(StreetError, match=r"map Town01: searched 36 lanes .* use another map"):
+    with pytest.raises(StreetError, match=r"map Town01\. Searched 36 lanes .* use another map"):
         find_streets(load("Town01"), "multi_lane", seed=0)
 
 
 def test_a_map_without_driving_lanes_is_named():
     text = DEMO_TOWN.read_text(encoding="utf-8").replace('type="driving"', 'type="sidewalk"')
-    with pytest.raises(StreetError, match="map empty: no driving lane"):
+    with pytest.raises(StreetError, match="no driving lane outside junctions: map empty"):
         find_streets(carla.Map("empty", text), "any", seed=0)

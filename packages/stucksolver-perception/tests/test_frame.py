@@ -39,7 +39,7 @@ def test_a_moment_is_drawn(recording, tmp_path, capsys):
 def test_frame_time_not_recorded_is_rejected_with_range(recording, tmp_path, capsys, at):
     """A time that was not recorded is rejected with the recorded ones."""
     assert frame(recording, at, tmp_path / "no.png") == 2
-    assert f"nothing was recorded at {at} s; choose from 0 to 1.2 s" in capsys.readouterr().err
+    assert f"--at: expected 0 to 1.2 s, got {at} " in capsys.readouterr().err
     assert not (tmp_path / "no.png").exists()
 
 

@@ -12,8 +12,8 @@ from stucksolver.scene import ControlKind, LightState, ZoneKind
 L = LightState
 
 
-def on(draw: Drawn) -> list[Behavior]:
-    """Random behaviours that drive straight ahead, some of them far."""
+def straight_behaviors(draw: Drawn) -> list[Behavior]:
+    """Return random behaviors that drive straight ahead, some of them far."""
     what = draw.random()
     if what < 0.7:
         return [KeepLane(distance_m=draw.uniform(5.0, 60.0), speed_mps=draw.uniform(1.0, 5.5))]
@@ -24,11 +24,11 @@ def on(draw: Drawn) -> list[Behavior]:
 
 @scene_class("light that changes")
 def light(draw: Drawn) -> Setting:
-    """A green light turns yellow, red or dark while a plan runs; then someone crosses."""
+    """Return a scene in which a green light turns yellow, red or dark during a plan; then a vehicle crosses."""
     line = EGO_S + 2.45 + draw.uniform(1.0, 30.0)
     start = line + draw.uniform(1.0, 4.0)
     street = road(draw, draw.choice(["two_way", "multi"]), bends=0.0, zones=[(ZoneKind.JUNCTION, start, start + 14.0)])
-    setting = Setting(street, propose=on)
+    setting = Setting(street, propose=straight_behaviors)
     then = draw.choice([L.RED, L.YELLOW, L.OFF, L.OFF, L.UNKNOWN])
     changes = draw.uniform(0.1, 8.0)
     setting.controls.append(Control(ControlKind.TRAFFIC_LIGHT, line, L.GREEN, then, changes))
@@ -43,11 +43,11 @@ def light(draw: Drawn) -> Setting:
 
 @scene_class("stop sign comes into sight")
 def stop_sign(draw: Drawn) -> Setting:
-    """A sign or a dark light that is only visible from close by."""
+    """Return a scene with a sign or a dark light that is only visible from close by."""
     line = EGO_S + 2.45 + draw.uniform(2.0, 35.0)
     start = line + draw.uniform(1.0, 4.0)
     street = road(draw, "two_way", bends=0.0, zones=[(ZoneKind.JUNCTION, start, start + 14.0)])
-    setting = Setting(street, propose=on)
+    setting = Setting(street, propose=straight_behaviors)
     near = draw.uniform(3.0, 30.0)
     if draw.random() < 0.6:
         setting.controls.append(Control(ControlKind.STOP_SIGN, line, seen_from=near))
@@ -58,11 +58,14 @@ def stop_sign(draw: Drawn) -> Setting:
 
 @scene_class("rails")
 def rails(draw: Drawn) -> Setting:
-    """A level crossing ahead or under us; a train may come; the road beyond may be occupied."""
+    """Return a scene with a level crossing ahead of or under the ego.
+
+    A train may come. The road beyond may be occupied.
+    """
     start = EGO_S + draw.uniform(-5.0, 18.0)
     zones = [(ZoneKind.LEVEL_CROSSING, start, start + 7.0)]
     street = road(draw, draw.choice(["two_way", "multi"]), bends=0.0, zones=zones)
-    setting = Setting(street, propose=on)
+    setting = Setting(street, propose=straight_behaviors)
     if draw.random() < 0.5:
         from_left = draw.random() < 0.5
         d = (1 if from_left else -1) * draw.uniform(60.0, 110.0)

@@ -1,4 +1,4 @@
-"""A leader that the plan swings round: it is slow, sets off, or stops, while we pass it."""
+"""Lead vehicles that the plan swings around: they are slow, set off, or stop during the pass."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from stucksolver.plan.behaviors import Behavior, ChangeLane, Nudge, RejoinRoute
 
 
 def _motion(draw: Drawn) -> tuple[float, dict[str, Any]]:
-    """Speed of the leader (m/s), and when it brakes or sets off."""
+    """Return the speed of the lead vehicle (m/s), and the times of its braking or setting off."""
     what = draw.random()
     if what < 0.3:
         return draw.uniform(0.3, 4.5), {}
@@ -27,7 +27,10 @@ def _motion(draw: Drawn) -> tuple[float, dict[str, Any]]:
 
 @scene_class("leader swung round", block=2)
 def swung_round(draw: Drawn) -> Setting:
-    """A slow leader, on one side of our lane or in its middle; others may be in the lane that we use to pass it."""
+    """Return a scene with a slow lead vehicle, on one side of the ego's lane or in its middle.
+
+    Other vehicles may be in the lane that the ego uses to pass it.
+    """
     street = road(draw, draw.choice(["two_way", "two_way_shoulder", "multi", "right"]))
     kind = draw.choice([K.CAR, K.CAR, K.BICYCLE, K.BICYCLE, K.MOTORCYCLE, K.TRUCK])
     v, motion = _motion(draw)
@@ -36,14 +39,14 @@ def swung_round(draw: Drawn) -> Setting:
     lead.stood = draw.uniform(2.0, 60.0) if v == 0.0 else 0.0
     lead.moved_ago = draw.choice([None, lead.stood]) if v == 0.0 else 0.0
     setting = Setting(street, [lead], ahead_m=230.0)
-    beside = street.lanes[1]
-    if draw.random() < 0.4 and beside.name != "roadside":
-        comes = beside.name == "oncoming"
+    adjacent_lane = street.lanes[1]
+    if draw.random() < 0.4 and adjacent_lane.name != "roadside":
+        comes = adjacent_lane.name == "oncoming"
         s = EGO_S + draw.uniform(60.0, 220.0) if comes else EGO_S - draw.uniform(12.0, 60.0)
         role = "comes the other way" if comes else "comes up in the lane entered"
         other_v, way = draw.uniform(3.0, street.limit), -1 if comes else 1
         more = brakes(draw, 0.2)
-        setting.others.append(driving("other", street, s, beside.offset, other_v, role, way=way, **more))
+        setting.others.append(driving("other", street, s, adjacent_lane.offset, other_v, role, way=way, **more))
 
     def propose(again: Drawn) -> list[Behavior]:
         what = again.random()
@@ -51,9 +54,9 @@ def swung_round(draw: Drawn) -> Setting:
             side = again.choice((*SIDES, SIDES[0]))
             offset, way = again.uniform(0.3, 1.5), again.uniform(4.0, 40.0)
             return [Nudge(side=side, offset_m=offset, distance_m=way, speed_mps=again.uniform(0.8, 5.5))]
-        if beside.name == "oncoming":
+        if adjacent_lane.name == "oncoming":
             return borrow(again)
-        change = change_to("right" if beside.name == "right" else "left")(again)
+        change = change_to("right" if adjacent_lane.name == "right" else "left")(again)
         if what < 0.5 and isinstance(change[0], ChangeLane):
             return [change[0], RejoinRoute()]
         return change

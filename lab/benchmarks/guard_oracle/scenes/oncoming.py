@@ -12,7 +12,7 @@ from stucksolver.scene import ZoneKind
 
 
 def borrow(draw: Drawn) -> list[Behavior]:
-    """Random behaviours that use the oncoming lane."""
+    """Return random behaviors that use the oncoming lane."""
     quick = draw.random() < 0.2
     return [
         BorrowOncomingLane(
@@ -22,8 +22,8 @@ def borrow(draw: Drawn) -> list[Behavior]:
 
 
 @scene_class("oncoming, seen")
-def seen(draw: Drawn) -> Setting:
-    """Something stands in our lane, and there is oncoming traffic."""
+def visible_oncoming(draw: Drawn) -> Setting:
+    """Return a scene with a stationary object in the ego's lane and oncoming traffic."""
     on = road(draw, "two_way", bends=0.4)
     lane = on.lane("oncoming")
     slow = driving(
@@ -42,7 +42,7 @@ def seen(draw: Drawn) -> Setting:
 
 @scene_class("oncoming, not seen yet")
 def unseen(draw: Drawn) -> Setting:
-    """The same with oncoming traffic just out of sight, at the speed limit."""
+    """Return the same with oncoming traffic just out of sight, at the speed limit."""
     on = road(draw, "two_way", bends=0.5)
     lane = on.lane("oncoming")
     setting = Setting(on, [blocker(draw, on)], propose=borrow)
@@ -58,7 +58,7 @@ def unseen(draw: Drawn) -> Setting:
 
 @scene_class("crossing traffic")
 def crossers(draw: Drawn) -> Setting:
-    """A junction ahead, with vehicles that cross straight, some hidden by a house."""
+    """Return a scene with a junction ahead and vehicles that cross straight, some hidden by a house."""
     start = EGO_S + draw.uniform(1.0, 18.0)
     on = road(draw, draw.choice(["two_way", "multi"]), bends=0.0, zones=[(ZoneKind.JUNCTION, start, start + 14.0)])
     setting = Setting(on)
@@ -74,7 +74,7 @@ def crossers(draw: Drawn) -> Setting:
         s = start + (4.0 if from_left else 10.0)
         kind = draw.choice([K.CAR, K.CAR, K.TRUCK, K.MOTORCYCLE, K.BICYCLE])
         v = draw.uniform(2.0, 13.0)
-        # Vehicles that cross at another angle are moved back along their path, so that they meet the road there.
+        # Vehicles that cross at another angle are moved back along their path, so that they reach the road there.
         s += d / math.tan(turn)
         setting.others.append(crossing(f"crosser{k}", on, s, d, turn, v, "crosses", kind, **brakes(draw, 0.3)))
 

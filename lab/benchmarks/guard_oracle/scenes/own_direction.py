@@ -1,4 +1,4 @@
-"""Traffic in our direction: abreast, behind, ahead, filtering past, or in a stream next to us."""
+"""Traffic in the ego's direction: abreast, behind, ahead, filtering past, or in an adjacent traffic flow."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from stucksolver.plan.behaviors import Behavior, ChangeLane, KeepLane, Nudge, Pu
 
 
 def change_to(side: Side) -> Callable[[Drawn], list[Behavior]]:
-    """Random behaviours that change to an adjacent lane."""
+    """Return random behaviors that change to an adjacent lane."""
 
     def change(draw: Drawn) -> list[Behavior]:
         return [ChangeLane(side=side, distance_m=draw.uniform(15.0, 60.0), speed_mps=draw.uniform(1.0, 5.5))]
@@ -20,7 +20,7 @@ def change_to(side: Side) -> Callable[[Drawn], list[Behavior]]:
 
 @scene_class("beside a stream")
 def beside_a_stream(draw: Drawn) -> Setting:
-    """Something stands in our lane; in the adjacent lane vehicles follow each other at the same speed."""
+    """Return a scene with a stationary object in the ego's lane, and a queue at one speed in the adjacent lane."""
     left = draw.random() < 0.6
     on = road(draw, draw.choice(["multi", "both"]) if left else "right")
     lane = on.lane("left" if left else "right")
@@ -42,10 +42,13 @@ def beside_a_stream(draw: Drawn) -> Setting:
 
 @scene_class("abreast")
 def abreast(draw: Drawn) -> Setting:
-    """Someone next to us, just ahead or just behind, in the adjacent lane or at the roadside."""
-    beside = draw.choice(["multi", "right", "two_way_shoulder", "multi_shoulder"])
-    on = road(draw, beside)
-    lane = on.lane("roadside" if beside.endswith("shoulder") else ("left" if beside == "multi" else "right"))
+    """Return a scene with a road user next to the ego, just ahead or just behind.
+
+    It is in the adjacent lane or at the roadside.
+    """
+    layout = draw.choice(["multi", "right", "two_way_shoulder", "multi_shoulder"])
+    on = road(draw, layout)
+    lane = on.lane("roadside" if layout.endswith("shoulder") else ("left" if layout == "multi" else "right"))
     kinds = [K.BICYCLE, K.MOTORCYCLE] if lane.name == "roadside" else [K.CAR, K.VAN, K.TRUCK, K.MOTORCYCLE, K.BICYCLE]
     setting = Setting(on)
     if draw.random() < 0.5:
@@ -61,7 +64,7 @@ def abreast(draw: Drawn) -> Setting:
 
     def propose(again: Drawn) -> list[Behavior]:
         if again.random() < 0.5:
-            return change_to("right" if beside == "right" else "left")(again)
+            return change_to("right" if layout == "right" else "left")(again)
         return [PullOver(distance_m=again.uniform(10.0, 40.0), speed_mps=again.uniform(1.0, 5.0))]
 
     setting.propose = propose
@@ -70,7 +73,7 @@ def abreast(draw: Drawn) -> Setting:
 
 @scene_class("cyclist filters")
 def filters(draw: Drawn) -> Setting:
-    """Two-wheelers pass us within our lane or next to it."""
+    """Return a scene in which two-wheelers pass the ego within its lane or next to it."""
     on = road(draw, draw.choice(["two_way", "two_way_shoulder", "multi", "two_way_parking"]))
     setting = Setting(on)
     if draw.random() < 0.6:
@@ -111,7 +114,7 @@ def filters(draw: Drawn) -> Setting:
 
 @scene_class("leader")
 def leader(draw: Drawn) -> Setting:
-    """A leader in our lane may brake; someone may approach from behind."""
+    """Return a scene with a lead vehicle that may brake; a follower may approach from behind."""
     on = road(draw, draw.choice(["two_way", "multi"]))
     kind = draw.choice([K.CAR, K.CAR, K.BUS, K.BICYCLE])
     v = draw.uniform(1.0, 9.0)

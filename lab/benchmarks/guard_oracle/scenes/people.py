@@ -1,4 +1,4 @@
-"""Pedestrians: visible at the kerb, walking or crossing, or hidden by parked vehicles."""
+"""Pedestrians: visible at the curb, walking or crossing, or hidden by parked vehicles."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from lab.benchmarks.guard_oracle.scenes.usual import EGO_S, K, blocker, pose, ro
 from stucksolver.plan.behaviors import Behavior, Creep, KeepLane, Nudge, PullOver
 
 
-def on(draw: Drawn) -> list[Behavior]:
-    """Random behaviours: straight on, fast or slowly, or slightly to the side."""
+def straight_behaviors(draw: Drawn) -> list[Behavior]:
+    """Return random behaviors: straight on, fast or slowly, or slightly to the side."""
     what = draw.random()
     if what < 0.5:
         return [KeepLane(distance_m=draw.uniform(8.0, 45.0), speed_mps=draw.uniform(1.0, 5.5))]
@@ -24,9 +24,9 @@ def on(draw: Drawn) -> list[Behavior]:
 
 @scene_class("people")
 def people(draw: Drawn) -> Setting:
-    """Visible pedestrians: some stand at the kerb and step off, some walk along, some cross."""
+    """Return a scene with visible pedestrians: some stand at the curb and step off, some walk along, some cross."""
     street = road(draw, draw.choice(["two_way", "two_way_shoulder", "multi"]))
-    setting = Setting(street, propose=on)
+    setting = Setting(street, propose=straight_behaviors)
     if draw.random() < 0.25:
         setting.others.append(blocker(draw, street))
     for k in range(draw.randint(1, 3)):
@@ -46,9 +46,12 @@ def people(draw: Drawn) -> Setting:
 
 @scene_class("people behind parked cars")
 def late(draw: Drawn) -> Setting:
-    """Parked vehicles on the right; someone, possibly as small as a child, steps out between or in front of them."""
+    """Return a scene with parked vehicles on the right; a pedestrian steps out between or in front of them.
+
+    The pedestrian may be as small as a child.
+    """
     street = road(draw, "two_way_parking")
-    setting = Setting(street, propose=on)
+    setting = Setting(street, propose=straight_behaviors)
     s = EGO_S + draw.uniform(-4.0, 10.0)
     for k in range(draw.randint(2, 4)):
         kind = draw.choice([K.CAR, K.CAR, K.VAN, K.TRUCK])

@@ -1,4 +1,4 @@
-"""Objects that have been stationary for some time, in our path or beside it, and then move off."""
+"""Objects that have been stationary for some time, in the ego's path or next to it, and then move off."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from stucksolver.scene import ZoneKind
 
 
 def _rests(draw: Drawn, other: Other) -> Other:
-    """Sets for how long it has been stationary, and whether it has moved before that."""
+    """Set the time for which it has been stationary, and whether it moved before that."""
     other.stood = draw.choice([draw.uniform(0.0, 5.0), draw.uniform(5.0, 70.0)])
     other.moved_ago = draw.choice([None, other.stood])
     return other
 
 
 def _at_the_line(draw: Drawn, street: Road, start: float, width: float) -> list[Other]:
-    """Vehicles that wait at the crossing road's lines; some come up to the line and wait there first."""
+    """Return vehicles that wait at the crossing road's lines; some come up to the line and wait there first."""
     found: list[Other] = []
     for from_left in draw.choice([(True,), (False,), (True, False)]):
         side = 1.0 if from_left else -1.0
@@ -45,7 +45,10 @@ def _at_the_line(draw: Drawn, street: Road, start: float, width: float) -> list[
 
 @scene_class("waits at a junction, then moves off", block=3)
 def at_a_junction(draw: Drawn) -> Setting:
-    """Vehicles wait at a crossing road's lines and set off at any time, also while we are in the junction."""
+    """Return a scene in which vehicles wait at a crossing road's lines and set off at any time.
+
+    They may also set off while the ego is in the junction.
+    """
     start, width = EGO_S + 2.45 + draw.uniform(0.5, 10.0), draw.choice([7.0, 14.0])
     zones = [(ZoneKind.JUNCTION, start, start + width)]
     street = road(draw, draw.choice(["two_way", "multi"]), bends=0.0, zones=zones)
@@ -62,7 +65,10 @@ def at_a_junction(draw: Drawn) -> Setting:
 
 @scene_class("rests on the road, then moves off", block=4)
 def on_the_road(draw: Drawn) -> Setting:
-    """A stationary vehicle or two-wheeler in our lane or at its edge, or a waiting pedestrian, moves off."""
+    """Return a scene in which a stationary vehicle or two-wheeler, or a waiting pedestrian, moves off.
+
+    A vehicle is in the ego's lane or at its edge.
+    """
     street = road(draw, draw.choice(["two_way", "two_way_parking", "two_way_shoulder", "multi"]))
     setting = Setting(street, ahead_m=230.0)
     for k in range(draw.choice([1, 1, 2])):

@@ -1,4 +1,4 @@
-"""Slow plans through a junction while steady traffic crosses it.
+"""Slow plans through a junction with steady crossing traffic.
 
 At 0.6 to 1.5 m/s the ego is in a crossing lane for up to 12 s. The crossing vehicle comes into sight 50 to 84 m away,
 most often when the ego has begun its plan.
@@ -17,19 +17,24 @@ from stucksolver.plan.behaviors import Behavior, Creep, KeepLane, Nudge
 from stucksolver.scene import ZoneKind
 
 PACES_MPS = (0.6, 1.5)
+"""Range of the ego's speeds (m/s)."""
 SIGHT_M = (50.0, 84.0)
+"""Range of the distances at which the crossing vehicle comes into sight (m)."""
 SPEEDS_MPS = (3.0, 13.9)
+"""Range of its speeds (m/s)."""
 NOSE_S = EGO_S + LENGTH_M / 2
+"""Arc length of the ego's front (m)."""
 CREEP_M = 15.0
-"""A creep is no longer than this."""
+"""Length of the longest creep (m)."""
 HALF_CAR_M = 0.95
+"""Half the width of a car (m)."""
 HOUSE_M = 24.0
-"""Length and depth of the house at a corner."""
+"""Length and depth of the house at a corner (m)."""
 
 
 @scene_class("slow in a junction", block=1)
 def slow(draw: Drawn) -> Setting:
-    """A narrow or wide junction right ahead, a slow plan, and crossing vehicles that keep their speed."""
+    """Return a scene with a junction right ahead, a slow plan, and crossing vehicles that keep their speed."""
     width, start = draw.choice([6.5, 8.0, 14.0]), NOSE_S + draw.uniform(0.3, 3.5)
     street = road(draw, draw.choice(["two_way", "multi"]), bends=0.0, zones=[(ZoneKind.JUNCTION, start, start + width)])
     setting = Setting(street)
@@ -55,7 +60,10 @@ def slow(draw: Drawn) -> Setting:
 
 
 def _meets(draw: Drawn, lane_s: float, pace: float, sight_m: float) -> tuple[float, float]:
-    """When the crossing vehicle is at our line (s), while we are in its lane, and its speed (m/s)."""
+    """Return the time at which the crossing vehicle is at the ego's line (s), and its speed (m/s).
+
+    The ego is in its lane at that time.
+    """
     enters_s = (lane_s - HALF_CAR_M - NOSE_S) / pace
     leaves_s = (lane_s + HALF_CAR_M - NOSE_S + LENGTH_M) / pace
     meets_s = draw.uniform(max(enters_s, 2.0) + 0.3, leaves_s + 0.5)
@@ -65,7 +73,7 @@ def _meets(draw: Drawn, lane_s: float, pace: float, sight_m: float) -> tuple[flo
 
 
 def _house(start: float, lane_s: float, sight_m: float, eye_s: float, on_left: bool) -> Body | None:
-    """A house from whose corner the crossing lane is visible for `sight_m`, from `eye_s`; None if it has no place."""
+    """Return a house that leaves `sight_m` of the crossing lane visible from `eye_s`; None if it does not fit."""
     edge = start - 0.3
     if edge <= eye_s + 0.2:
         return None
@@ -77,7 +85,7 @@ def _house(start: float, lane_s: float, sight_m: float, eye_s: float, on_left: b
 
 
 def _add_crossers(draw: Drawn, setting: Setting, s: float, from_left: bool, v: float, meets_s: float) -> None:
-    """Adds one to three vehicles that follow each other; the first is at our line at `meets_s`."""
+    """Add one to three vehicles that follow each other; the first is at the ego's line at `meets_s`."""
     side = 1.0 if from_left else -1.0
     away = v * meets_s
     for _ in range(draw.choice([1, 1, 2, 3])):
@@ -89,7 +97,10 @@ def _add_crossers(draw: Drawn, setting: Setting, s: float, from_left: bool, v: f
 
 
 def _proposals(pace: float, beyond_m: float) -> Callable[[Drawn], list[Behavior]]:
-    """Behaviours that cross the junction at about this pace. `beyond_m`: from our nose to its far side."""
+    """Return behaviors that cross the junction at about this pace.
+
+    `beyond_m`: distance from the ego's front to the far side.
+    """
     through_m = beyond_m + LENGTH_M + 0.5
 
     def propose(again: Drawn) -> list[Behavior]:

@@ -11,10 +11,10 @@ from stucksolver.plan.behaviors import BackUp, Behavior, KeepLane, Nudge, PullOv
 
 @scene_class("swing-out beside parked cars")
 def swing_out(draw: Drawn) -> Setting:
-    """Little room: something ahead, and parked vehicles on one side or both."""
+    """Return a narrow scene with an object ahead, and parked vehicles on one side or both."""
     street = road(draw, draw.choice(["two_way_parking", "multi", "two_way"]))
     setting = Setting(street, [blocker(draw, street)])
-    far = street.lanes[1].left
+    far = street.lanes[1].left_m
     for k in range(draw.randint(1, 4)):
         right = draw.random() < 0.6
         d = -draw.uniform(2.1, 3.0) if right else far - draw.uniform(0.2, 1.3)
@@ -43,7 +43,7 @@ def swing_out(draw: Drawn) -> Setting:
 
 @scene_class("queue")
 def queue(draw: Drawn) -> Setting:
-    """Two to four vehicles stand in line ahead; the first starts at some time."""
+    """Return a scene with two to four vehicles in a queue ahead; the first starts at some time."""
     street = road(draw, draw.choice(["two_way", "two_way", "multi"]))
     setting = Setting(street, propose=borrow, ahead_m=230.0)
     s, sets_off = EGO_S + 2.45, draw.uniform(0.0, 12.0)
@@ -70,7 +70,7 @@ def queue(draw: Drawn) -> Setting:
 
 @scene_class("pull-over")
 def pull_over(draw: Drawn) -> Setting:
-    """Room at the roadside, in some scenes with someone behind or next to us there."""
+    """Return a scene with space at the roadside, in some scenes with a road user behind or next to the ego there."""
     street = road(draw, draw.choice(["two_way_shoulder", "two_way_parking", "multi_shoulder", "two_way"]))
     setting = Setting(street)
     if draw.random() < 0.5:
@@ -91,7 +91,7 @@ def pull_over(draw: Drawn) -> Setting:
 
 @scene_class("backing up")
 def back_up(draw: Drawn) -> Setting:
-    """Something close ahead; behind us someone stands, approaches, or walks across."""
+    """Return a scene with an object close ahead. A road user behind the ego is stopped, approaches, or walks across."""
     street = road(draw, draw.choice(["two_way", "multi"]))
     setting = Setting(street, [blocker(draw, street)])
     what = draw.random()

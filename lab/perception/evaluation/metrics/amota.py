@@ -1,7 +1,7 @@
-"""AMOTA: tracking accuracy averaged over recall, which needs no choice of a confidence threshold.
+"""AMOTA: tracking accuracy averaged over recall, which requires no choice of a confidence threshold.
 
-Weng et al., "AB3DMOT" (2020), in the form of nuScenes: at each recall level r the misses that it allows are
-subtracted, MOTAR = max(0, 1 - (switches + false positives + misses - (1 - r) P) / (r P)), with P objects.
+Weng et al., "AB3DMOT" (2020), in the form of nuScenes: at each recall level r the allowed misses are subtracted, MOTAR
+= max(0, 1 - (switches + false positives + misses - (1 - r) P) / (r P)), with P objects.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import numpy as np
 from lab.perception.evaluation.metrics.clear_mot import MotCounts, TrackedFrame, clear_mot
 
 LEVELS = 40
+"""Number of recall levels, as in nuScenes."""
 
 
 def amota(drives: Sequence[Sequence[TrackedFrame]], within_m: float, levels: int = LEVELS) -> float | None:
@@ -61,8 +62,8 @@ def best_threshold(
     drives: Sequence[Sequence[TrackedFrame]], within_m: float, levels: int = LEVELS
 ) -> tuple[float, MotCounts] | None:
     """Return the threshold with the highest MOTA, and its counts, as nuScenes does; None without objects or tracks."""
-    told = [(score, counts) for score, counts in thresholds(drives, within_m, levels) if counts.mota is not None]
-    return max(told, key=lambda item: -np.inf if item[1].mota is None else item[1].mota, default=None)
+    candidates = [(score, counts) for score, counts in thresholds(drives, within_m, levels) if counts.mota is not None]
+    return max(candidates, key=lambda item: -np.inf if item[1].mota is None else item[1].mota, default=None)
 
 
 def _motar(counts: MotCounts, recall: float) -> float:

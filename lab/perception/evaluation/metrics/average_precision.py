@@ -1,4 +1,4 @@
-"""Average precision of nuScenes: the normalised area under the precision-recall curve above 10 % recall and precision.
+"""Average precision of nuScenes: the normalized area under the precision-recall curve above 10 % recall and precision.
 
 Caesar et al., "nuScenes: A multimodal dataset for autonomous driving", CVPR 2020, section 3.3.
 """
@@ -11,6 +11,7 @@ from lab.perception.evaluation.metrics.matching import Flags
 from stucksolver_perception.measurements import Floats
 
 LEAST_RECALL, LEAST_PRECISION = 0.1, 0.1
+"""Recall and precision above which the area counts, as in nuScenes."""
 LEVELS = 101
 """Number of recall levels from 0 to 1; the curve is interpolated linearly between them."""
 

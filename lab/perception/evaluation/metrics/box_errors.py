@@ -53,13 +53,13 @@ def errors_of(
     found: Sequence[Detections], reals: Sequence[TruthObjects], matches: Matches, k: int, turns_alike: bool
 ) -> tuple[float, float, float, float]:
     """Return the errors of the true positive in row `k`, in the order of `BoxErrors`."""
-    told, true = found[matches.sample[k]], reals[matches.sample[k]]
+    detected, true = found[matches.sample[k]], reals[matches.sample[k]]
     i, j = int(matches.detection[k]), int(matches.real[k])
     return (
-        float(np.hypot(*(told.center[i, :2] - true.center[j, :2]))),
-        1.0 - size_overlap(told.size[i], true.size[j]),
-        turn_between(float(told.yaw[i]), float(true.yaw[j]), math.pi if turns_alike else math.tau),
-        float(np.hypot(*(told.velocity[i] - true.velocity[j]))),
+        float(np.hypot(*(detected.center[i, :2] - true.center[j, :2]))),
+        1.0 - size_overlap(detected.size[i], true.size[j]),
+        turn_between(float(detected.yaw[i]), float(true.yaw[j]), math.pi if turns_alike else math.tau),
+        float(np.hypot(*(detected.velocity[i] - true.velocity[j]))),
     )
 
 

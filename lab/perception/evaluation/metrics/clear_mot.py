@@ -1,7 +1,7 @@
-"""CLEAR MOT: how well tracks follow objects.
+"""CLEAR MOT: accuracy of tracks.
 
 Bernardin and Stiefelhagen, "Evaluating Multiple Object Tracking Performance: The CLEAR MOT Metrics" (2008). An object
-keeps its track as long as that is near; the others are assigned so that the sum of distances is smallest.
+keeps its track as long as that is near. The others are assigned so that the sum of distances is smallest.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from lab.perception.evaluation.metrics.matching import Flags, Indices
 from stucksolver_perception.measurements import Floats
 
 _FAR = 1e6
+"""Cost of an impossible assignment (m)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,8 +35,8 @@ class TrackedFrame:
 
     def at_least(self, score: float) -> TrackedFrame:
         """Return the frame without tracks below a score."""
-        kept = self.score >= score
-        tracks = (self.track_id[kept], self.track_xy[kept], self.score[kept])
+        is_counted = self.score >= score
+        tracks = (self.track_id[is_counted], self.track_xy[is_counted], self.score[is_counted])
         return TrackedFrame(self.object_id, self.object_xy, self.counted, *tracks)
 
 
@@ -44,11 +45,15 @@ class MotCounts:
     """Counts summed over frames."""
 
     objects: int = 0
+    """Number of objects."""
     misses: int = 0
+    """Number of objects without a track."""
     false_positives: int = 0
+    """Number of tracks without an object."""
     switches: int = 0
-    """Number of times that an object is followed by another track than before."""
+    """Number of changes of an object's track."""
     matches: int = 0
+    """Number of objects with a track."""
     distance_m: float = 0.0
     """Sum of distances over all matches (m)."""
 
@@ -65,7 +70,7 @@ class MotCounts:
 
     @property
     def recall(self) -> float | None:
-        """Share of the objects that are followed; None without objects."""
+        """Share of the objects that have a track; None without objects."""
         return 1.0 - self.misses / self.objects if self.objects else None
 
     def __add__(self, other: MotCounts) -> MotCounts:
@@ -80,7 +85,7 @@ class MotCounts:
 
 
 def clear_mot(frames: Sequence[TrackedFrame], within_m: float) -> MotCounts:
-    """Count over the frames of one drive in order of time. Tracks farther than `within_m` (m) follow nothing."""
+    """Count over the frames of one drive in order of time. Tracks farther than `within_m` (m) match no object."""
     last: dict[int, int] = {}
     """The last track of each object."""
     total = MotCounts()
@@ -107,7 +112,7 @@ def clear_mot(frames: Sequence[TrackedFrame], within_m: float) -> MotCounts:
 
 
 def assign(frame: TrackedFrame, last: dict[int, int], within_m: float) -> list[tuple[int, int, float]]:
-    """Return matched (object index, track index, distance in m). `last` is each object's track so far."""
+    """Return matched (object index, track index, distance in m). `last` is each object's last track."""
     from scipy.optimize import linear_sum_assignment  # type: ignore[import-untyped]
 
     away = np.linalg.norm(frame.object_xy[:, None, :] - frame.track_xy[None, :, :], axis=2)

@@ -11,16 +11,16 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True, eq=False)
 class ConfusionMatrix:
-    """`counts[i, j]`: how often the truth was `names[i]` and the answer `names[j]`."""
+    """`counts[i, j]` is the number of samples with the truth `names[i]` and the answer `names[j]`."""
 
     names: tuple[str, ...]
     counts: NDArray[np.int64]
     unknown: NDArray[np.int64]
-    """Shape (n,): how often there was no answer for each true name."""
+    """Shape (n,): number of samples without an answer for each true name."""
 
     @property
     def answered(self) -> float | None:
-        """Share of questions with an answer; None without questions."""
+        """Share of samples with an answer; None without samples."""
         asked = int(self.counts.sum() + self.unknown.sum())
         return float(self.counts.sum()) / asked if asked else None
 
@@ -39,21 +39,25 @@ class ConfusionMatrix:
     def precision(self, name: str) -> float | None:
         """Return the share of the answers with this name that are right."""
         i = self.names.index(name)
-        said = int(self.counts[:, i].sum())
-        return float(self.counts[i, i]) / said if said else None
+        answers = int(self.counts[:, i].sum())
+        return float(self.counts[i, i]) / answers if answers else None
 
 
 def confusion(names: Sequence[str], pairs: Sequence[tuple[str, str | None]]) -> ConfusionMatrix:
-    """Count pairs of (truth, answer or None). Raises `ValueError` for an unknown name."""
+    """Count pairs of (truth, answer or None).
+
+    Raises:
+        ValueError: A name is unknown.
+    """
     at = {name: i for i, name in enumerate(names)}
     counts = np.zeros((len(names), len(names)), np.int64)
     unknown = np.zeros(len(names), np.int64)
-    for so, said in pairs:
-        strange = [text for text in (so, said) if text is not None and text not in at]
+    for so, answer in pairs:
+        strange = [text for text in (so, answer) if text is not None and text not in at]
         if strange:
-            raise ValueError(f"{strange[0]!r} is not one of {', '.join(names)}")
-        if said is None:
+            raise ValueError(f"unknown name: {strange[0]!r}. Expected one of {', '.join(names)}")
+        if answer is None:
             unknown[at[so]] += 1
         else:
-            counts[at[so], at[said]] += 1
+            counts[at[so], at[answer]] += 1
     return ConfusionMatrix(tuple(names), counts, unknown)

@@ -14,11 +14,15 @@ from stucksolver_perception.lidar_labels import LABELS
 from stucksolver_perception.measurements import Detections
 
 DISTANCES_M = (0.5, 1.0, 2.0, 4.0)
+"""Distances of a match at which the average precision is computed, as in nuScenes (m)."""
 ERRORS_WITHIN_M = 2.0
+"""Distance of a match for the errors, as in nuScenes (m)."""
 RINGS_M = ((0.0, 20.0), (20.0, 40.0), (40.0, 60.0), (60.0, 80.0))
+"""Ranges of distances from the ego (m)."""
 FARTHEST_M = 80.0
+"""Distance beyond which nothing counts (m)."""
 SURE = 0.5
-"""Score from which detections count for precision and recall."""
+"""Score from which detections count for precision and recall. Ours."""
 _TURNS_ALIKE = ("barrier", "cone", "debris")
 """Labels without a front."""
 
@@ -41,7 +45,7 @@ class LabelScores:
 
 @dataclass(frozen=True)
 class DetectionScores:
-    """All scores; the keys of `by_ring` are (nearest, farthest) in metres."""
+    """All scores; the keys of `by_ring` are (nearest, farthest) in meters."""
 
     samples: int
     mean_average_precision: float | None

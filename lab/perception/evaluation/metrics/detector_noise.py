@@ -1,7 +1,7 @@
-"""How a detector's errors change between looks: the noise that a tracker must assume.
+"""Change of a detector's errors between frames: the noise that a tracker must assume.
 
-A constant position error does not look like motion, but a changing error does. So besides the errors themselves, errors
-of the same object are compared one look apart and one second apart.
+A constant position error does not look like motion, but a changing error does. Therefore errors of the same object are
+also compared one frame apart and one second apart.
 """
 
 from __future__ import annotations
@@ -17,12 +17,17 @@ from stucksolver_perception.lidar_labels import LABELS
 from stucksolver_perception.measurements import Detections, Floats
 
 RINGS_M = ((0.0, 15.0), (15.0, 30.0), (30.0, 60.0))
+"""Ranges of distances from the ego (m)."""
 WITHIN_M = 2.0
+"""Distance of a match (m)."""
 LOOKS_IN_SECOND = 10
+"""Number of frames per second."""
 MOVES_MPS = 1.0
+"""Speed from which an object counts as moving (m/s)."""
 SURE = 0.5
+"""Score from which a detection counts as confident."""
 MOST = 0.683
-"""Share of errors below the reported figures: for a normal distribution, those within one standard deviation."""
+"""Share of errors below the reported numbers: for a normal distribution, those within one standard deviation."""
 _ALONG, _ACROSS, _YAW, _FLIPPED, _V_ALONG, _V_ACROSS, _SPEED = range(7)
 
 
@@ -32,13 +37,13 @@ class LabelNoise:
 
     objects: int
     recall: float | None
-    """Share of objects found in one look, with any score."""
+    """Share of objects found in one frame, with any score."""
     false_per_look: float
-    """False positives per look."""
+    """False positives per frame."""
     sure_false_per_look: float
-    """False positives per look with a score of at least `SURE`."""
+    """False positives per frame with a score of at least `SURE`."""
     jitter_m: tuple[float | None, float | None]
-    """Position noise between consecutive looks, from second differences (m)."""
+    """Position noise between consecutive frames, from second differences (m)."""
     drift_m: tuple[float | None, float | None]
     """Change of the position error within a second (m)."""
     yaw_rad: float | None
@@ -46,7 +51,7 @@ class LabelNoise:
     flipped: float | None
     """Share of headings that point backwards."""
     standing_mps: tuple[float | None, float | None]
-    """Velocity error of standing objects (m/s)."""
+    """Velocity error of stopped objects (m/s)."""
     moving_mps: tuple[float | None, float | None]
     """Velocity error of moving objects (m/s)."""
 
@@ -54,7 +59,7 @@ class LabelNoise:
 def detector_noise(
     drives: Sequence[tuple[Sequence[Detections], Sequence[TruthObjects]]],
 ) -> Mapping[tuple[float, float], Mapping[str, LabelNoise]]:
-    """Return the noise by range and label. Each drive has detections and objects of consecutive looks at 10 Hz."""
+    """Return the noise by range and label. Each drive has detections and objects of consecutive frames at 10 Hz."""
     tables: dict[tuple[float, float], dict[str, LabelNoise]] = {ring: {} for ring in RINGS_M}
     looks = sum(len(found) for found, _ in drives)
     for label, name in enumerate(LABELS):
@@ -94,21 +99,21 @@ def _noise(
 def _errors(
     matched: Matches, found: Sequence[Detections], reals: Sequence[TruthObjects]
 ) -> dict[tuple[int, int], Floats]:
-    """Return, by (object id, look), the seven values of a true positive and its distance, shape (8,)."""
-    told = {}
+    """Return the seven values of a true positive and its distance, shape (8,), by (object id, frame)."""
+    errors = {}
     for row in np.flatnonzero(matched.right).tolist():
         look, j, k = int(matched.sample[row]), int(matched.detection[row]), int(matched.real[row])
-        seen, real = found[look], reals[look]
+        detected, real = found[look], reals[look]
         c, s = math.cos(real.yaw[k]), math.sin(real.yaw[k])
         turned = np.array([[c, s], [-s, c]])
-        off = turned @ (seen.center[j, :2] - real.center[k, :2])
-        sped = turned @ (seen.velocity[j] - real.velocity[k])
-        yaw = math.remainder(float(seen.yaw[j] - real.yaw[k]), math.tau)
+        off = turned @ (detected.center[j, :2] - real.center[k, :2])
+        sped = turned @ (detected.velocity[j] - real.velocity[k])
+        yaw = math.remainder(float(detected.yaw[j] - real.yaw[k]), math.tau)
         half = math.remainder(yaw, math.pi)
         speed = float(np.hypot(*real.velocity[k]))
         values = (*off, half, float(abs(yaw) > math.pi / 2), *sped, speed, float(matched.range_m[row]))
-        told[int(real.identity[k]), look] = np.array(values)
-    return told
+        errors[int(real.identity[k]), look] = np.array(values)
+    return errors
 
 
 def _in_ring(known: dict[tuple[int, int], Floats], ring: tuple[float, float]) -> dict[tuple[int, int], Floats]:
@@ -121,7 +126,7 @@ def _differences(
     weights: tuple[float, ...],
     apart: int,
 ) -> Floats:
-    """Return weighted sums of an object's errors in looks that are `apart` looks from each other, shape (n, 8)."""
+    """Return weighted sums of an object's errors in frames that are `apart` frames from each other, shape (n, 8)."""
     sums = []
     for known, wanted in zip(errors, here, strict=True):
         for identity, look in wanted:

@@ -1,4 +1,4 @@
-"""Matches detections with objects: greedily by decreasing score, by the distance of centres on the ground.
+"""Matches detections with objects: greedily in decreasing score, with the distance of centers on the ground.
 
 It follows nuScenes (Caesar et al., "nuScenes: A multimodal dataset for autonomous driving", CVPR 2020), with one
 difference: objects that are hardly detectable count neither as misses nor, if detected, as false positives.
@@ -17,6 +17,7 @@ from stucksolver_perception.measurements import Detections, Floats
 Flags = NDArray[np.bool_]
 Indices = NDArray[np.int64]
 ANY_LABEL = -1
+"""Label that stands for all labels."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,7 +25,7 @@ class TruthObjects:
     """Ground truth at one time, in the vehicle frame; all arrays have length n."""
 
     label: Indices
-    """Index into `LABELS`; -1 for objects without a label, which are not counted and may be detected as anything."""
+    """Index into `LABELS`; -1 for objects without a label, which are not counted and may have any detection."""
     center: Floats
     """Shape (n, 3) (m)."""
     size: Floats
@@ -44,7 +45,7 @@ class TruthObjects:
 
 @dataclass(frozen=True, eq=False)
 class Matches:
-    """Detections of one label in all samples by decreasing score; arrays have length n unless stated."""
+    """Detections of one label in all samples in decreasing score; arrays have length n unless stated."""
 
     score: Floats
     right: Flags
@@ -80,16 +81,16 @@ def match(found: Sequence[Detections], reals: Sequence[TruthObjects], label: int
         found: Detections of each sample, in the vehicle frame.
         reals: Objects of the same samples.
         label: Index into `LABELS`.
-        within_m: Largest distance of the centres of a detection and its object.
+        within_m: Largest distance of the centers of a detection and its object.
 
     Returns:
         One row for each detection, except those on objects that are not counted.
     """
     rows: list[tuple[float, bool, int, int, int, float]] = []
     ranges: list[Floats] = [np.zeros(0)]
-    for sample, (told, true) in enumerate(zip(found, reals, strict=True)):
+    for sample, (detected, true) in enumerate(zip(found, reals, strict=True)):
         ranges.append(np.hypot(*true.center[(true.label == label) & true.counted, :2].T))
-        rows += _rows(told, true, label, within_m, sample)
+        rows += _rows(detected, true, label, within_m, sample)
     rows.sort(key=lambda row: -row[0])
     score, right, samples, detection, real, range_m = np.array(rows, np.float64).reshape(-1, 6).T
     sample_, detection_, real_ = (column.astype(np.int64) for column in (samples, detection, real))
@@ -97,24 +98,24 @@ def match(found: Sequence[Detections], reals: Sequence[TruthObjects], label: int
 
 
 def _rows(
-    told: Detections, true: TruthObjects, label: int, within_m: float, sample: int
+    detected: Detections, true: TruthObjects, label: int, within_m: float, sample: int
 ) -> list[tuple[float, bool, int, int, int, float]]:
-    mine = np.flatnonzero(told.label == label)
-    mine = mine[np.argsort(-told.score[mine], kind="stable")]
+    mine = np.flatnonzero(detected.label == label)
+    mine = mine[np.argsort(-detected.score[mine], kind="stable")]
     wanted = np.flatnonzero((true.label == label) & true.counted)
     spared = np.flatnonzero((true.label == ANY_LABEL) | ((true.label == label) & ~true.counted))
     reach_m = np.maximum(np.hypot(*true.size[spared, :2].T) / 2.0, within_m)
     free = np.ones(len(wanted), np.bool_)
     rows: list[tuple[float, bool, int, int, int, float]] = []
     for k in mine.tolist():
-        away = np.hypot(*(true.center[wanted, :2] - told.center[k, :2]).T)
+        away = np.hypot(*(true.center[wanted, :2] - detected.center[k, :2]).T)
         away = np.where(free, away, np.inf)
         best = int(np.argmin(away)) if len(away) else -1
-        score = float(told.score[k])
+        score = float(detected.score[k])
         if best >= 0 and away[best] < within_m:
             free[best] = False
             real = int(wanted[best])
             rows.append((score, True, sample, k, real, float(np.hypot(*true.center[real, :2]))))
-        elif not (np.hypot(*(true.center[spared, :2] - told.center[k, :2]).T) < reach_m).any():
-            rows.append((score, False, sample, k, -1, float(np.hypot(*told.center[k, :2]))))
+        elif not (np.hypot(*(true.center[spared, :2] - detected.center[k, :2]).T) < reach_m).any():
+            rows.append((score, False, sample, k, -1, float(np.hypot(*detected.center[k, :2]))))
     return rows

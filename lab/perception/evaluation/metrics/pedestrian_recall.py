@@ -1,4 +1,4 @@
-"""Which people are noticed at all: in a box of any class, whether or not they are told apart."""
+"""Recall of pedestrians in a box of any class, whether or not they are separated."""
 
 from __future__ import annotations
 
@@ -14,19 +14,25 @@ from stucksolver_perception.measurements import Detections
 
 PEDESTRIAN = LABELS.index("pedestrian")
 NEAR_M = 20.0
+"""Distance within which pedestrians count (m)."""
 MARGIN_M = 0.4
-"""A person this near to a box is in it: about half a person's width."""
+"""Distance to a box within which a pedestrian is in it (m): about half a person's width."""
 LEAST_SCORE = 0.4
+"""Least score of a box that counts."""
 
 
 @dataclass(frozen=True)
 class PedestrianRecall:
-    """How many people are within `NEAR_M`, how many of them close ahead (see `lidar/residual.py`), and in a box."""
+    """Numbers of pedestrians within `NEAR_M`, of those close ahead (see `lidar/residual.py`), and of those in a box."""
 
     people: int = 0
+    """Pedestrians within `NEAR_M`."""
     covered: int = 0
+    """Those of them in a box."""
     ahead: int = 0
+    """Pedestrians close ahead."""
     ahead_covered: int = 0
+    """Those of them in a box."""
 
     def __add__(self, other: PedestrianRecall) -> PedestrianRecall:
         return PedestrianRecall(
@@ -38,7 +44,7 @@ class PedestrianRecall:
 
 
 def coverage(found: Detections, reals: TruthObjects) -> PedestrianRecall:
-    """Count the people of one look that have enough returns, and those in the box of a detection."""
+    """Count the pedestrians of one frame that have enough returns, and those in the box of a detection."""
     x, y = reals.center[(reals.label == PEDESTRIAN) & reals.counted, :2].T
     near = np.hypot(x, y) < NEAR_M
     x, y = x[near], y[near]

@@ -9,6 +9,7 @@ import numpy as np
 from stucksolver_perception.measurements import Floats
 
 NINES = 95
+"""Percentile of the reported errors."""
 CHI_SQUARE_95 = 5.991
 """95 % quantile of the chi-squared distribution with two degrees of freedom."""
 

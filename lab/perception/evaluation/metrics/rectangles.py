@@ -22,7 +22,7 @@ def overlaps(first: Floats, second: Floats) -> Floats:
 
 
 def matched(found: Floats, score: Floats, wanted: Floats, least: float) -> tuple[Flags, Flags]:
-    """Match rectangles greedily by decreasing score. A second match of the same rectangle is a false positive.
+    """Match rectangles greedily in decreasing score. A second match of the same rectangle is a false positive.
 
     Args:
         found: Shape (n, 4): detected rectangles (px).

@@ -1,4 +1,4 @@
-"""Scores the camera's readers: traffic lights, and kinds, lamps, doors and gestures of objects with given boxes."""
+"""Scores the camera's networks: traffic lights, and kinds, lamps, doors and gestures of objects with given boxes."""
 
 from __future__ import annotations
 
@@ -29,22 +29,27 @@ from stucksolver_perception.visible_parts import VisibleParts
 LIGHTS = (LightState.RED, LightState.YELLOW, LightState.GREEN, LightState.OFF)
 """Light states, in the order of their numbers in a recording."""
 LEAST_FACING = 0.35
-"""Least cosine between a head's direction and the direction to the lens: a head seen from the side shows nothing."""
+"""Least cosine between a head's direction and the direction to the lens. Ours.
+
+A head in side view shows nothing.
+"""
 _YES, _NO = "on", "off"
 
 Pair = tuple[str, str | None]
 
 
-def score_lights(given: ScoringInput) -> ScoringResult:
-    """Score single looks at visible lights that face the camera.
+def score_lights(source: ScoringInput) -> ScoringResult:
+    """Score single frames of visible lights that face the camera.
 
-    Raises `WeightsError` and `MissingGroundTruthError`.
+    Raises:
+        NetworkFileError: A network cannot be used.
+        MissingGroundTruthError: No image shows such a light.
     """
     from stucksolver_perception.camera.traffic_lights import LightReader
 
-    reader, watch = LightReader(threads=given.threads, **_folder(given)), StageTimer()
+    reader, watch = LightReader(threads=source.threads, **_folder(source)), StageTimer()
     pairs: list[Pair] = []
-    for recording in given.recordings:
+    for recording in source.recordings:
         rig = recording.rig.camera
         for tick in recording:
             wanted = _lights(tick, rig)
@@ -52,42 +57,44 @@ def score_lights(given: ScoringInput) -> ScoringResult:
             if picture is None:
                 continue
             with watch("lights"):
-                told = reader.read(CameraFrame(tick.time_s, picture), rig, [heads for _, heads in wanted])
-            pairs += [(so.value, _said(look[0])) for (so, _), look in zip(wanted, told, strict=True)]
-        given.say(f"lights: {recording.folder.name}")
+                readings = reader.read(CameraFrame(tick.time_s, picture), rig, [heads for _, heads in wanted])
+            pairs += [(so.value, _answer_name(look[0])) for (so, _), look in zip(wanted, readings, strict=True)]
+        source.say(f"lights: {recording.folder.name}")
     if not pairs:
         raise MissingGroundTruthError(
-            "lights: no image shows a traffic light that faces the camera; collect drives in towns"
+            "lights: no image shows a traffic light that faces the camera. Collect drives in towns"
         )
     matrix = confusion([light.value for light in LIGHTS], pairs)
     return ScoringResult(plain({**_summary(matrix), "confusion": matrix}), _light_page(matrix), watch.stages_ms)
 
 
-def score_attributes(given: ScoringInput) -> ScoringResult:
-    """Score single looks at visible objects with their true boxes.
+def score_attributes(source: ScoringInput) -> ScoringResult:
+    """Score single frames of visible objects with their true boxes.
 
-    Raises `WeightsError` and `MissingGroundTruthError`.
+    Raises:
+        NetworkFileError: A network cannot be used.
+        MissingGroundTruthError: No image shows an object.
     """
     from stucksolver_perception.camera.attributes import AttributeReader
 
-    reader, watch = AttributeReader(threads=given.threads, **_folder(given)), StageTimer()
+    reader, watch = AttributeReader(threads=source.threads, **_folder(source)), StageTimer()
     kinds: list[Pair] = []
     lamps: dict[str, list[Pair]] = {name: [] for name in PARTS}
     gestures: list[Pair] = []
-    for recording in given.recordings:
+    for recording in source.recordings:
         rig = recording.rig.camera
         for tick in recording:
             picture = tick.picture()
             if picture is None:
                 continue
-            boxes, seen = body_boxes(tick), visible_rectangles(tick)
-            shown = [i for i, item in enumerate(tick.truth.actor_id.tolist()) if mask_id(item) in seen]
+            boxes, rectangles = body_boxes(tick), visible_rectangles(tick)
+            shown = [i for i, item in enumerate(tick.truth.actor_id.tolist()) if mask_id(item) in rectangles]
             if not shown:
                 continue
             with watch("attributes"):
-                told = reader.read(CameraFrame(tick.time_s, picture), rig, boxes[shown])
+                readings = reader.read(CameraFrame(tick.time_s, picture), rig, boxes[shown])
             parts, windows = VisibleParts(tick, rig, boxes), windows_of(rig, boxes)
-            for i, answer in zip(shown, told, strict=True):
+            for i, answer in zip(shown, readings, strict=True):
                 kind = KINDS[int(tick.truth.kind[i])]
                 kinds.append((kind.value, None if answer.kind is None else answer.kind.value))
                 visible = parts.get(i, windows.rectangle[i])
@@ -96,9 +103,9 @@ def score_attributes(given: ScoringInput) -> ScoringResult:
                         lamps[name].append((_word(so), _word(getattr(answer, name))))
                 if visible.gesture is not None:
                     gestures.append((visible.gesture.value, None if answer.gesture is None else answer.gesture.value))
-        given.say(f"attributes: {recording.folder.name}")
+        source.say(f"attributes: {recording.folder.name}")
     if not kinds:
-        raise MissingGroundTruthError("attributes: no image shows an object; collect drives with images")
+        raise MissingGroundTruthError("attributes: no image shows an object. Collect drives with images")
     matrix = confusion([item.value for item in KINDS], kinds)
     each = {name: confusion((_YES, _NO), pairs) for name, pairs in lamps.items()}
     signals = confusion([gesture.value for gesture in Gesture], gestures)
@@ -114,10 +121,10 @@ def _lights(tick: Recorded, rig: CameraRig) -> list[tuple[LightState, Floats]]:
     """Return state and heads of each visible light with a head that faces the camera."""
     if tick.lights is None or tick.instances is None:
         return []
-    seen = visible_rectangles(tick)
+    rectangles = visible_rectangles(tick)
     found = []
     for light, state, heads in zip(tick.lights.light_id, tick.lights.state, tick.lights.heads, strict=True):
-        if int(state) >= len(LIGHTS) or not len(heads) or mask_id(int(light)) not in seen:
+        if int(state) >= len(LIGHTS) or not len(heads) or mask_id(int(light)) not in rectangles:
             continue
         moved = in_body(tick, heads)
         if any(_is_shown(tick, int(light), head, rig) for head in moved):
@@ -126,10 +133,10 @@ def _lights(tick: Recorded, rig: CameraRig) -> list[tuple[LightState, Floats]]:
 
 
 def _is_shown(tick: Recorded, light: int, head: Floats, rig: CameraRig) -> bool:
-    """Return True if a head, shape (7,), faces the camera and is visible in the mask."""
+    """True if a head, shape (7,), faces the camera and is visible in the mask."""
     assert tick.instances is not None
     lens = rig.mount.to_vehicle()[:3, 3]
-    # A head shows its lamps towards its negative y axis.
+    # A head shows its lamps toward its negative y axis.
     showing = np.array([np.sin(head[6]), -np.cos(head[6])])
     to_lens = lens[:2] - head[:2]
     if float(showing @ to_lens) < LEAST_FACING * float(np.hypot(*to_lens)):
@@ -145,11 +152,11 @@ def _is_shown(tick: Recorded, light: int, head: Floats, rig: CameraRig) -> bool:
     return bool(own.any(axis=0).sum() >= 3 and own.any(axis=1).sum() >= 6)
 
 
-def _folder(given: ScoringInput) -> dict[str, Any]:
-    return {} if given.camera_weights is None else {"folder": given.camera_weights}
+def _folder(source: ScoringInput) -> dict[str, Any]:
+    return {} if source.camera_weights is None else {"folder": source.camera_weights}
 
 
-def _said(state: LightState) -> str | None:
+def _answer_name(state: LightState) -> str | None:
     return None if state is LightState.UNKNOWN else state.value
 
 
@@ -168,8 +175,8 @@ def _lamp(matrix: ConfusionMatrix) -> dict[str, Any]:
 
 def _light_page(matrix: ConfusionMatrix) -> str:
     red, green = (matrix.names.index(item.value) for item in (LightState.RED, LightState.GREEN))
-    said = f"{_line(matrix)} Red read as green: {matrix.counts[red, green]}."
-    return f"{said} Rows are the true states, columns the answers.\n\n{_matrix(matrix)}\n"
+    summary = f"{_line(matrix)} Red read as green: {matrix.counts[red, green]}."
+    return f"{summary} Rows are the true states, columns the answers.\n\n{_matrix(matrix)}\n"
 
 
 def _attribute_page(kinds: ConfusionMatrix, lamps: dict[str, ConfusionMatrix], gestures: ConfusionMatrix) -> str:

@@ -22,21 +22,25 @@ from lab.perception.evaluation.scoring.scoring_part import (
 from stucksolver_perception.measurements import Detections
 
 NOTHING = np.zeros((0, 8))
-"""No vehicle is tracked here."""
+"""Rows of tracked vehicles: none are tracked here."""
 
 
-def score_lidar(given: ScoringInput) -> ScoringResult:
-    """Score detection on sweeps that are joined with true poses. Raises `WeightsError`."""
+def score_lidar(source: ScoringInput) -> ScoringResult:
+    """Score detection on sweeps that are joined with true poses.
+
+    Raises:
+        NetworkFileError: A network cannot be used.
+    """
     from stucksolver_perception.lidar.detector import LidarDetector
     from stucksolver_perception.lidar.refinement.unexplained_returns import standing_returns, with_unexplained
     from stucksolver_perception.lidar.sweeps import SweepBuffer
 
-    options = {} if given.lidar_weights is None else {"folder": given.lidar_weights}
+    options = {} if source.lidar_weights is None else {"folder": source.lidar_weights}
     detector, watch = LidarDetector(**options), StageTimer()
     found: list[Detections] = []
     reals: list[TruthObjects] = []
     alone, joined = PedestrianRecall(), PedestrianRecall()
-    for recording in given.recordings:
+    for recording in source.recordings:
         buffer = SweepBuffer()
         for tick in recording:
             pose = true_pose(tick)
@@ -51,7 +55,7 @@ def score_lidar(given: ScoringInput) -> ScoringResult:
             turn = points[points[:, 4] <= TURN_S]
             every = with_unexplained(found[-1], standing_returns(turn, recording.rig.lidar), NOTHING)
             alone, joined = alone + coverage(found[-1], reals[-1]), joined + coverage(every, reals[-1])
-        given.say(f"lidar: {recording.folder.name}")
+        source.say(f"lidar: {recording.folder.name}")
     scores = detection_scores(found, reals)
     data = plain(scores) | {"people": plain(alone), "people_with_unnamed": plain(joined)}
     return ScoringResult(data, _page(scores) + _people(alone, joined), watch.stages_ms)

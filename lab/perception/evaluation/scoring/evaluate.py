@@ -50,11 +50,11 @@ class Scored:
     left_out: Mapping[str, str]
     page: Path
     scores: Path
-    """The JSON file with all figures."""
+    """JSON file with all metrics."""
 
 
 def evaluate_perception(
-    folder: Path, out: Path, only: Sequence[str], given: ScoringInput | None = None, err: TextIO = sys.stderr
+    folder: Path, out: Path, only: Sequence[str], source: ScoringInput | None = None, err: TextIO = sys.stderr
 ) -> Scored:
     """Score the parts named in `only`, or all if it is empty, on the recordings in `folder`; write the scores to `out`.
 
@@ -64,12 +64,12 @@ def evaluate_perception(
         RecordingError: The recordings cannot be read.
         OutputError: The scores cannot be written.
     """
-    base = given or ScoringInput(())
-    told = replace(base, recordings=recordings(folder), say=lambda line: print(line, file=err, flush=True))
+    base = source or ScoringInput(())
+    scoring_input = replace(base, recordings=recordings(folder), say=lambda line: print(line, file=err, flush=True))
     done: dict[str, ScoringResult] = {}
     left_out: dict[str, str] = {}
     for name in only or PARTS:
-        found = _scored(PARTS[name][1], told)
+        found = _scored(PARTS[name][1], scoring_input)
         if isinstance(found, ScoringResult):
             done[name] = found
         else:
@@ -77,24 +77,27 @@ def evaluate_perception(
     stages = _stages(done.values())
     memory_mib = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
     data = {
-        "recordings": [recording.folder.name for recording in told.recordings],
+        "recordings": [recording.folder.name for recording in scoring_input.recordings],
         "parts": {name: plain(part.data) for name, part in done.items()},
         "left_out": left_out,
         "latency_ms": plain(stages),
         "memory_mib": memory_mib,
-        "threads": told.threads,
+        "threads": scoring_input.threads,
         "machine": f"{platform.machine()}, Python {platform.python_version()}",
     }
     write_text(out / JSON, json.dumps(data, indent=1) + "\n")
-    write_text(out / PAGE, _page(len(told.recordings), done, left_out, stages, memory_mib, told.threads))
+    write_text(
+        out / PAGE, _page(len(scoring_input.recordings), done, left_out, stages, memory_mib, scoring_input.threads)
+    )
     return Scored(tuple(done), left_out, out / PAGE, out / JSON)
 
 
-def _scored(part: Callable[[ScoringInput], ScoringResult], given: ScoringInput) -> ScoringResult | str:
+def _scored(part: Callable[[ScoringInput], ScoringResult], source: ScoringInput) -> ScoringResult | str:
     """Return the scores of a part, or the reason why there are none."""
     try:
-        return part(given)
+        return part(source)
     except (NetworkFileError, MissingGroundTruthError, ModuleNotFoundError) as error:
+        # A part without its data or packages is left out; the page shows the reason.
         return str(error)
 
 

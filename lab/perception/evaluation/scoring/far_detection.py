@@ -24,24 +24,30 @@ from stucksolver_perception.recording import KINDS, Recorded
 from stucksolver_perception.rig import CameraRig
 
 BIN_M, FARTHEST_M = 25.0, 200.0
+"""Width of a bin, and end of the last bin (m)."""
 LEAST_OVERLAP = 0.3
-"""Smallest intersection over union of a match: at 12 px, about 1.5 px on each side."""
+"""Smallest intersection over union of a match. Ours: at 12 px, it is about 1.5 px on each side."""
 LEAST_SHOWN = 0.3
-"""Vehicles whose own pixels fill a smaller share of their rectangle are not counted."""
+"""Share of a vehicle's rectangle that its own pixels must fill for it to count. Ours."""
 _ANYWAY = 0.1
-"""A detection with this overlap with an object that is not counted is not a false positive."""
+"""Overlap with an uncounted object from which a detection is not a false positive. Ours."""
 
 
-def score_far(given: ScoringInput) -> ScoringResult:
-    """Score the detection of motor vehicles. Raises `WeightsError` and `MissingGroundTruthError`."""
+def score_far(source: ScoringInput) -> ScoringResult:
+    """Score the detection of motor vehicles.
+
+    Raises:
+        NetworkFileError: A network cannot be used.
+        MissingGroundTruthError: No image shows a vehicle.
+    """
     from stucksolver_perception.camera.far_detector import FarDetector
 
-    options = {} if given.camera_weights is None else {"folder": given.camera_weights}
-    detector, watch = FarDetector(threads=given.threads, **options), StageTimer()
+    options = {} if source.camera_weights is None else {"folder": source.camera_weights}
+    detector, watch = FarDetector(threads=source.threads, **options), StageTimer()
     ranges: list[float] = []
     hits: list[bool] = []
     right = wrong = 0
-    for recording in given.recordings:
+    for recording in source.recordings:
         rig = recording.rig.camera
         for tick in recording:
             picture = tick.picture()
@@ -56,9 +62,9 @@ def score_far(given: ScoringInput) -> ScoringResult:
             right, wrong = right + int(good.sum()), wrong + int((~good & ~spared).sum())
             ranges += away.tolist()
             hits += taken.tolist()
-        given.say(f"far: {recording.folder.name}")
+        source.say(f"far: {recording.folder.name}")
     if not ranges:
-        raise MissingGroundTruthError("far: no image shows a vehicle; collect drives with traffic")
+        raise MissingGroundTruthError("far: no image shows a vehicle. Collect drives with traffic")
     bins = recall_by_range(np.array(ranges), np.array(hits, np.bool_), BIN_M, FARTHEST_M)
     precision = right / (right + wrong) if right + wrong else None
     data = {"vehicles": len(ranges), "precision": precision, "bins": [{**plain(b), "recall": b.recall} for b in bins]}
@@ -75,24 +81,28 @@ def _vehicles(tick: Recorded, rig: CameraRig) -> tuple[Floats, Floats, Floats]:
     """Return rectangles (px) and distances (m) of visible motor vehicles, and rectangles of all other objects."""
     from stucksolver_perception.camera.crops import corners_of
 
-    boxes, seen = body_boxes(tick), visible_rectangles(tick)
+    boxes, rectangles_by_id = body_boxes(tick), visible_rectangles(tick)
     none = np.zeros((0, 4))
     if not len(boxes):
         return none, np.zeros(0), none
     column, row, ahead = (item.reshape(-1, 8) for item in rig.project(corners_of(boxes).reshape(-1, 3)))
     shown = np.stack([column.min(1), row.min(1), column.max(1), row.max(1)], axis=1)
     in_view = ahead.min(1) > 1.0
-    counted = np.array([bool(in_view[i]) and _is_counted(tick, i, shown[i], seen) for i in range(len(boxes))])
+    counted = np.array(
+        [bool(in_view[i]) and _is_counted(tick, i, shown[i], rectangles_by_id) for i in range(len(boxes))]
+    )
     away = np.hypot(boxes[:, 0], boxes[:, 1])
     return shown[counted], away[counted], shown[in_view & ~counted]
 
 
-def _is_counted(tick: Recorded, i: int, rectangle: Floats, seen: dict[int, tuple[int, int, int, int]]) -> bool:
+def _is_counted(
+    tick: Recorded, i: int, rectangle: Floats, rectangles_by_id: dict[int, tuple[int, int, int, int]]
+) -> bool:
     assert tick.instances is not None
     actor = mask_id(int(tick.truth.actor_id[i]))
-    if KINDS[int(tick.truth.kind[i])] not in MOTOR_VEHICLES or actor not in seen:
+    if KINDS[int(tick.truth.kind[i])] not in MOTOR_VEHICLES or actor not in rectangles_by_id:
         return False
-    left, top, right, bottom = seen[actor]
+    left, top, right, bottom = rectangles_by_id[actor]
     own = int((tick.instances[top:bottom, left:right] == actor).sum())
     area = float((rectangle[2] - rectangle[0]) * (rectangle[3] - rectangle[1]))
     return own >= LEAST_SHOWN * area

@@ -1,4 +1,4 @@
-"""Scores the localiser on recordings without gaps."""
+"""Scores the localizer on recordings without gaps."""
 
 from __future__ import annotations
 
@@ -22,21 +22,25 @@ from stucksolver_perception.measurements import GnssFix, ImuSample, WheelSpeed
 from stucksolver_perception.recording import Recorded, Recording
 
 SETTLE_S = 5.0
-"""The filter starts from a single fix; its estimates before this time are not counted."""
+"""Time after the start before which estimates are not counted (s). Ours; the filter starts from a single fix."""
 
 
-def score_localisation(given: ScoringInput) -> ScoringResult:
-    """Score localisation. Raises `MissingGroundTruthError` if all recordings have gaps or are too short."""
-    whole = [item for item in given.recordings if is_continuous(item)]
+def score_localisation(source: ScoringInput) -> ScoringResult:
+    """Score localization.
+
+    Raises:
+        MissingGroundTruthError: All recordings have gaps or are too short.
+    """
+    whole = [item for item in source.recordings if is_continuous(item)]
     if not whole:
-        raise MissingGroundTruthError("localisation: all recordings have gaps; collect some with --every 0")
+        raise MissingGroundTruthError("localisation: all recordings have gaps. Collect some with --every 0")
     watch = StageTimer()
     parts = [_followed(recording, watch) for recording in whole]
     estimated, true, covariance, fixes = (np.concatenate(column) for column in zip(*parts, strict=True))
     errors = pose_errors(estimated, true, covariance)
     if errors is None:
         raise MissingGroundTruthError(
-            f"localisation: no recording is longer than {SETTLE_S:.0f} s; collect longer ones"
+            f"localisation: no recording is longer than {SETTLE_S:.0f} s. Collect longer ones"
         )
     fix_rms_m = rms(np.hypot(*(fixes - true[:, :2]).T))
     data = {"drives": len(whole), "errors": errors, "fix_rms_m": fix_rms_m}

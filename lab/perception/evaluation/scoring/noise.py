@@ -20,24 +20,29 @@ from stucksolver_perception.measurements import Detections
 from stucksolver_perception.recording import Recording
 
 
-def score_noise(given: ScoringInput) -> ScoringResult:
-    """Measure the noise. Raises `WeightsError`, and `MissingGroundTruthError` if all recordings have gaps."""
-    whole = [item for item in given.recordings if is_continuous(item)]
+def score_noise(source: ScoringInput) -> ScoringResult:
+    """Measure the noise.
+
+    Raises:
+        NetworkFileError: A network cannot be used.
+        MissingGroundTruthError: All recordings have gaps.
+    """
+    whole = [item for item in source.recordings if is_continuous(item)]
     if not whole:
-        raise MissingGroundTruthError("noise: all recordings have gaps; collect some with --every 0")
+        raise MissingGroundTruthError("noise: all recordings have gaps. Collect some with --every 0")
     drives = []
     for recording in whole:
-        drives.append(_looks(given, recording))
-        given.say(f"noise: {recording.folder.name}")
+        drives.append(_looks(source, recording))
+        source.say(f"noise: {recording.folder.name}")
     noise = detector_noise(drives)
     return ScoringResult(plain({"drives": len(whole), "by_ring": noise}), _page(len(whole), noise))
 
 
-def _looks(given: ScoringInput, recording: Recording) -> tuple[list[Detections], list[TruthObjects]]:
+def _looks(source: ScoringInput, recording: Recording) -> tuple[list[Detections], list[TruthObjects]]:
     from stucksolver_perception.lidar.detector import LidarDetector
     from stucksolver_perception.lidar.sweeps import SweepBuffer
 
-    options = {} if given.lidar_weights is None else {"folder": given.lidar_weights}
+    options = {} if source.lidar_weights is None else {"folder": source.lidar_weights}
     detector, buffer = LidarDetector(**options), SweepBuffer()
     found: list[Detections] = []
     reals: list[TruthObjects] = []

@@ -1,4 +1,4 @@
-"""What scoring reads from a recording: poses, true boxes in the vehicle frame, and which objects are visible."""
+"""Data that scoring reads from a recording: poses, true boxes in the vehicle frame, and visible objects."""
 
 from __future__ import annotations
 
@@ -15,17 +15,19 @@ from stucksolver_perception.recording import KINDS, Recorded, Recording
 from stucksolver_perception.vehicle_frame import boxes_in_body, into_vehicle
 
 LEAST_POINTS = 3
-"""Objects with fewer points in the last LiDAR revolution are not counted."""
+"""Number of points in the last LiDAR revolution below which an object is not counted. Ours."""
 TURN_S = 0.075
-"""Points up to this age belong to the last revolution, at CARLA's 20 ticks per second."""
+"""Age up to which points belong to the last revolution (s), at CARLA's 20 ticks per second."""
 LEAST_WIDE_PX, LEAST_HIGH_PX = 6, 4
-"""Actors whose visible pixels are smaller than this are not counted in images."""
+"""Size of the visible pixels below which an actor is not counted in images (px). Ours."""
 _GROW_M = 0.1
-"""Boxes are enlarged by this, because older points of a moving body lie slightly outside."""
+"""Enlargement of boxes (m). Ours; older points of a moving body lie slightly outside."""
 GAP_S = 0.11
+"""Time between two ticks above which a recording has a gap (s)."""
 LOOK_EVERY = 2
-"""One look every so many ticks: ten per second."""
+"""Number of ticks per frame of perception: ten frames per second."""
 _EVERY_ID = 65536
+"""Number of ids in a mask of 16 bits."""
 
 
 def true_pose(tick: Recorded) -> PoseEstimate:
@@ -35,7 +37,7 @@ def true_pose(tick: Recorded) -> PoseEstimate:
 
 
 def looks_of(recording: Recording) -> Iterator[tuple[Recorded, ...]]:
-    """Yield the ticks of each look: those since the look before, and as the last one the tick of the look itself."""
+    """Yield the ticks of each frame of perception: those since the one before; the last one is its own tick."""
     ticks: list[Recorded] = []
     for number, tick in enumerate(recording):
         ticks.append(tick)
@@ -127,7 +129,7 @@ def mask_id(actor_id: int) -> int:
 
 
 def is_continuous(recording: Recording) -> bool:
-    """Return True if a recording has no gaps, so that objects can be tracked."""
+    """True if a recording has no gaps, so that objects can be tracked."""
     if not recording.files:
         return False
     times = np.array([tick.time_s for tick in recording.stretch(recording.files[0])])

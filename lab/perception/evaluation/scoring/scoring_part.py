@@ -16,7 +16,7 @@ from stucksolver_perception.recording import Recording
 
 
 class MissingGroundTruthError(ValueError):
-    """The recordings lack the data for a part; the message says what is missing and how to get it."""
+    """The recordings lack the data for a part; the message names the data and the remedy."""
 
 
 @dataclass(frozen=True)
@@ -27,6 +27,7 @@ class ScoringInput:
     lidar_weights: Path | None = None
     camera_weights: Path | None = None
     threads: int = 1
+    """Number of threads per network."""
     say: Callable[[str], None] = lambda _: None
 
 

@@ -25,8 +25,11 @@ from stucksolver_perception.lidar_labels import LABELS
 from stucksolver_perception.recording import Recorded, Recording
 
 WITHIN_M = 2.0
+"""Largest distance between a track and its object (m). Ours."""
 FARTHEST_M = 60.0
+"""Distance beyond which objects are not counted (m). Ours."""
 _NOWHERE = np.zeros((0, 2))
+"""No positions."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +47,7 @@ class LabelTracking:
     recall: float | None
     amota: float | None
     velocity_rms_mps: float | None
-    """RMS velocity error of tracks that follow an object (m/s)."""
+    """RMS velocity error of tracks with an object (m/s)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,16 +63,21 @@ class _TrackingFrame:
     tracks: Any
 
 
-def score_tracking(given: ScoringInput) -> ScoringResult:
-    """Score tracking. Raises `WeightsError`, and `MissingGroundTruthError` if all recordings have gaps."""
-    whole = [item for item in given.recordings if is_continuous(item)]
+def score_tracking(source: ScoringInput) -> ScoringResult:
+    """Score tracking.
+
+    Raises:
+        NetworkFileError: A network cannot be used.
+        MissingGroundTruthError: All recordings have gaps.
+    """
+    whole = [item for item in source.recordings if is_continuous(item)]
     if not whole:
-        raise MissingGroundTruthError("tracking: all recordings have gaps; collect some with --every 0")
+        raise MissingGroundTruthError("tracking: all recordings have gaps. Collect some with --every 0")
     watch = StageTimer()
     drives = []
     for recording in whole:
-        drives.append(_looks(given, recording, watch))
-        given.say(f"tracking: {recording.folder.name}")
+        drives.append(_looks(source, recording, watch))
+        source.say(f"tracking: {recording.folder.name}")
     by_label = {name: _of_label(drives, label) for label, name in enumerate(LABELS)}
     total = sum((tracking.counts for tracking in by_label.values()), MotCounts())
     known = [tracking.amota for tracking in by_label.values() if tracking.amota is not None]
@@ -84,13 +92,13 @@ def score_tracking(given: ScoringInput) -> ScoringResult:
     return ScoringResult(plain(data), _page(data), watch.stages_ms)
 
 
-def _looks(given: ScoringInput, recording: Recording, watch: StageTimer) -> list[_TrackingFrame]:
+def _looks(source: ScoringInput, recording: Recording, watch: StageTimer) -> list[_TrackingFrame]:
     from stucksolver_perception.free_space import FreeSpace
     from stucksolver_perception.lidar.detector import LidarDetector
     from stucksolver_perception.lidar.sweeps import SweepBuffer
     from stucksolver_perception.tracking import ObjectTracker
 
-    options = {} if given.lidar_weights is None else {"folder": given.lidar_weights}
+    options = {} if source.lidar_weights is None else {"folder": source.lidar_weights}
     detector = LidarDetector(**options)
     buffer, tracker, looks = SweepBuffer(), ObjectTracker(recording.rig), []
     for ticks in looks_of(recording):
@@ -111,15 +119,15 @@ def _looks(given: ScoringInput, recording: Recording, watch: StageTimer) -> list
 def _look(tick: Recorded, reals: TruthObjects, tracks: Sequence[Any]) -> _TrackingFrame:
     rows = np.array([(t.x_m, t.y_m, t.vx_mps, t.vy_mps, t.confidence) for t in tracks]).reshape(-1, 5)
     away = np.hypot(*reals.center[:, :2].T)
-    seen = np.hypot(rows[:, 0] - tick.pose[0], rows[:, 1] - tick.pose[1]) < FARTHEST_M
+    is_near = np.hypot(rows[:, 0] - tick.pose[0], rows[:, 1] - tick.pose[1]) < FARTHEST_M
     return _TrackingFrame(
         reals=reals,
         real_xy=tick.truth.boxes[:, :2],
         real_velocity=tick.truth.boxes[:, 7:9],
         near=away < FARTHEST_M,
-        track_label=np.array([t.label for t in tracks], np.int64)[seen],
-        track_id=np.array([t.id for t in tracks], np.int64)[seen],
-        tracks=rows[seen],
+        track_label=np.array([t.label for t in tracks], np.int64)[is_near],
+        track_id=np.array([t.id for t in tracks], np.int64)[is_near],
+        tracks=rows[is_near],
     )
 
 
@@ -141,7 +149,7 @@ def _of_label(drives: Sequence[Sequence[_TrackingFrame]], label: int) -> LabelTr
 
 
 def _frames(looks: Sequence[_TrackingFrame], label: int) -> list[TrackedFrame]:
-    """Return the frames of one label. Any track may follow objects without a label."""
+    """Return the frames of one label. Any track may match objects without a label."""
     sums: dict[int, list[float]] = {}
     for look in looks:
         for track, score in zip(look.track_id.tolist(), look.tracks[:, 4].tolist(), strict=True):

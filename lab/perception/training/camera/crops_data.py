@@ -1,4 +1,4 @@
-"""Labelled crops from recordings, for training and checking the crop network."""
+"""Labeled crops from recordings, for training and checking the crop network."""
 
 from __future__ import annotations
 
@@ -22,17 +22,22 @@ from stucksolver_perception.vehicle_frame import boxes_in_body
 from stucksolver_perception.visible_parts import VisibleAttributes, VisibleParts
 
 CONTEXT = 1.5
+"""Side of a stored crop relative to the network's. Ours."""
 STORED_PX = 96
-"""Stored crops are wider than the network's input (64 px), so that training can shift and scale them."""
+"""Side of a stored crop (px). It is wider than the network's input (64 px), so that training can shift and scale it."""
 HIDDEN_PX, HIDDEN_SHARE = 12, 0.03
-"""An object counts as hidden if fewer pixels, or a smaller fraction of its rectangle, are visible."""
+"""Number of visible pixels, and share of its rectangle, below which an object counts as hidden. Ours."""
 DOUBTFUL_SHARE = 0.08
-"""Below this, an object's kind is neither a target nor counted."""
+"""Visible share below which an object's kind is neither a target nor counted. Ours."""
 BACKGROUND = 3
-"""Empty boxes per image."""
+"""Number of empty boxes per image. Ours."""
 HEAD_HALF_M = 1.2
-"""If half the side of a light's box is longer, it does not enclose a single head and is skipped."""
+"""Half the side of a light's box above which the box is skipped (m). Ours.
+
+Such a box does not enclose a single head.
+"""
 IGNORE, UNSEEN = -1, 2
+"""Label that is ignored, and label of a hidden lamp."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,17 +51,17 @@ class Crops:
     kind: NDArray[np.int64]
     """Index into `KINDS`."""
     lamps: NDArray[np.int64]
-    """(n, 5): 0 off, 1 on, 2 unseen."""
+    """(n, 5): 0 off, 1 on, 2 hidden."""
     lit: NDArray[np.int64]
-    """(n, 5): 0 off, 1 on, seen or not."""
+    """(n, 5): 0 off, 1 on, visible or hidden."""
     gesture: NDArray[np.int64]
     """Index into `GESTURES`."""
     signal: NDArray[np.int64]
-    """Index into `GESTURES`: what a flagger signals, seen or not."""
+    """Index into `GESTURES`: the gesture of a flagger, visible or hidden."""
     light: NDArray[np.int64]
-    """Index into `LIGHTS`; unseen if the head is mostly hidden or turned away."""
+    """Index into `LIGHTS`; hidden if the head is mostly occluded or turned away."""
     state: NDArray[np.int64]
-    """Index into `LIGHTS`: what the head shows, seen or not."""
+    """Index into `LIGHTS`: the state of the head, visible or hidden."""
     group: NDArray[np.int64]
     """Index of the recording."""
 
@@ -65,31 +70,32 @@ class Crops:
 
     @property
     def middles(self) -> Pixels:
-        """(n, CROP_PX, CROP_PX, 3): the crops without the margin that augmentation needs, as at runtime."""
+        """(n, CROP_PX, CROP_PX, 3): the crops without the margin for augmentation, as at runtime."""
         edge = (self.crops.shape[1] - CROP_PX) // 2
         return np.ascontiguousarray(self.crops[:, edge : edge + CROP_PX, edge : edge + CROP_PX])
 
-    def part(self, which: NDArray[np.int64] | NDArray[np.bool_]) -> Crops:
-        """Some of the crops."""
+    def subset(self, which: NDArray[np.int64] | NDArray[np.bool_]) -> Crops:
+        """Return some of the crops."""
         return Crops(*(getattr(self, field.name)[which] for field in fields(self)))
 
     @staticmethod
     def joined(parts: Sequence[Crops]) -> Crops:
-        """All parts joined, in order."""
+        """Return all parts joined, in order."""
         return Crops(*(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(Crops)))
 
 
 def empty() -> Crops:
-    """No crops."""
+    """Return no crops."""
     whole = (np.zeros((0, STORED_PX, STORED_PX, 3), np.uint8), np.zeros((0, FEATURES), np.float32))
     lamps = (np.zeros((0, len(LAMPS)), int) for _ in range(2))
     return Crops(*whole, np.zeros(0, int), *lamps, *(np.zeros(0, int) for _ in range(5)))
 
 
 def crops_in(folders: Sequence[Path], jobs: int, seed: int = 0, *, flaggers: bool = False) -> Crops:
-    """Reads every crop of the recordings in some folders with `jobs` processes, or only those of `flaggers`.
+    """Read every crop of the recordings in some folders with `jobs` processes, or only those of `flaggers`.
 
-    Raises `RecordingError`.
+    Raises:
+        RecordingError: A folder has no recordings.
     """
     found = [recording for folder in folders for recording in recordings(folder)]
     work = [(item.folder, file, group, seed, flaggers) for group, item in enumerate(found) for file in item.files]
@@ -110,7 +116,7 @@ def _of_stretch(work: tuple[Path, Path, int, int, bool]) -> Crops:
         for item in _of_tick(tick, recording.rig.camera, group, random)
     ]
     found = Crops.joined([empty(), *parts])
-    return found.part(found.gesture >= 0) if flaggers else found
+    return found.subset(found.gesture >= 0) if flaggers else found
 
 
 def _of_tick(tick: Recorded, rig: CameraRig, group: int, random: np.random.Generator) -> Iterator[Crops]:
@@ -122,17 +128,17 @@ def _of_tick(tick: Recorded, rig: CameraRig, group: int, random: np.random.Gener
     keep = np.flatnonzero(windows.usable)
     if len(keep):
         each = keep.tolist()
-        shares = [_seen(mask, int(truth.actor_id[i]), windows.rectangle[i]) for i in each]
-        kinds = [_kind_label(_true_kind(tick, i), *seen) for i, seen in zip(each, shares, strict=True)]
+        shares = [_visible_pixels(mask, int(truth.actor_id[i]), windows.rectangle[i]) for i in each]
+        kinds = [_kind_label(_true_kind(tick, i), *visible) for i, visible in zip(each, shares, strict=True)]
         features = features_of(rig, boxes, windows)
         parts = VisibleParts(tick, rig, boxes)
-        seen = [parts.get(i, windows.rectangle[i]) for i in each]
+        visible = [parts.get(i, windows.rectangle[i]) for i in each]
         hidden = [share < HIDDEN_SHARE for _, share in shares]
-        lamps = [_lamp_labels(attributes, hidden=gone) for attributes, gone in zip(seen, hidden, strict=True)]
-        gestures = [_gesture_label(attributes, hidden=gone) for attributes, gone in zip(seen, hidden, strict=True)]
-        lit = [[int(attributes.so.get(name, IGNORE)) for name in LAMPS] for attributes in seen]
+        lamps = [_lamp_labels(attributes, hidden=gone) for attributes, gone in zip(visible, hidden, strict=True)]
+        gestures = [_gesture_label(attributes, hidden=gone) for attributes, gone in zip(visible, hidden, strict=True)]
+        lit = [[int(attributes.so.get(name, IGNORE)) for name in LAMPS] for attributes in visible]
         signals = [
-            IGNORE if attributes.shows is None else GESTURES.index(attributes.shows.value) for attributes in seen
+            IGNORE if attributes.shows is None else GESTURES.index(attributes.shows.value) for attributes in visible
         ]
         labels = _Labels(np.array(kinds), np.array(lamps), np.array(lit), np.array(gestures), np.array(signals))
         yield _made(rgb, windows, keep, features[keep], labels, group)
@@ -142,7 +148,7 @@ def _of_tick(tick: Recorded, rig: CameraRig, group: int, random: np.random.Gener
 
 @dataclass(frozen=True, eq=False)
 class _Labels:
-    """Labels of n crops; what is None is -1 for all of them."""
+    """Labels of n crops; None stands for -1 for all of them."""
 
     kind: NDArray[np.int64] | None = None
     lamps: NDArray[np.int64] | None = None
@@ -177,8 +183,8 @@ def _true_kind(tick: Recorded, i: int) -> ObjectKind:
     return RECORDED_KINDS[int(tick.truth.kind[i])]
 
 
-def _seen(mask: NDArray[np.uint16], actor_id: int, rectangle: Floats) -> tuple[int, float]:
-    """Number of visible pixels of an actor in its rectangle, and their fraction of the rectangle."""
+def _visible_pixels(mask: NDArray[np.uint16], actor_id: int, rectangle: Floats) -> tuple[int, float]:
+    """Return the number of visible pixels of an actor in its rectangle, and their fraction of the rectangle."""
     left, top = (int(item) for item in rectangle[:2])
     right, bottom = (int(np.ceil(item)) for item in rectangle[2:])
     part = mask[top:bottom, left:right]
@@ -194,24 +200,27 @@ def _kind_label(kind: ObjectKind, own: int, share: float) -> int:
     return KINDS.index(kind.value)
 
 
-def _lamp_labels(seen: VisibleAttributes, *, hidden: bool) -> list[int]:
-    """Off, on or unseen. A blinker is labelled on even in its dark phases, since one image cannot tell them apart."""
+def _lamp_labels(visible: VisibleAttributes, *, hidden: bool) -> list[int]:
+    """Return off, on or hidden for each lamp.
+
+    A blinker is labeled on even in its dark phases, because they look the same in one image.
+    """
     if hidden:
         return [IGNORE] * len(LAMPS)
-    told = [seen.lamps.get(name, IGNORE) for name in LAMPS]
-    return [UNSEEN if number is None else int(number) for number in told]
+    labels = [visible.lamps.get(name, IGNORE) for name in LAMPS]
+    return [UNSEEN if number is None else int(number) for number in labels]
 
 
-def _gesture_label(seen: VisibleAttributes, *, hidden: bool) -> int:
-    if hidden or not seen.is_flagger:
+def _gesture_label(visible: VisibleAttributes, *, hidden: bool) -> int:
+    if hidden or not visible.is_flagger:
         return IGNORE
-    return GESTURES.index(UNSEEN_GESTURE if seen.gesture is None else seen.gesture.value)
+    return GESTURES.index(UNSEEN_GESTURE if visible.gesture is None else visible.gesture.value)
 
 
 def _background(
     rgb: Pixels, rig: CameraRig, taken: CropWindows, group: int, random: np.random.Generator
 ) -> Iterator[Crops]:
-    """Empty boxes on the ground, like a detector's false positives."""
+    """Yield empty boxes on the ground, like a detector's false positives."""
     n = 4 * BACKGROUND
     size = np.exp(random.uniform(np.log(0.3), np.log(5.0), (n, 1))) * random.uniform(0.5, 1.0, (n, 3))
     ahead = np.exp(random.uniform(np.log(5.0), np.log(60.0), n))
@@ -228,7 +237,7 @@ def _background(
 
 
 def _overlap(box: Floats, others: Floats) -> Floats:
-    """Intersection of two rectangles as a fraction of the smaller one."""
+    """Return the intersection of two rectangles as a fraction of the smaller one."""
     sides = np.minimum(box[2:], others[:, 2:]) - np.maximum(box[:2], others[:, :2])
     common = np.prod(np.maximum(sides, 0.0), axis=1)
     smaller = np.minimum(np.prod(box[2:] - box[:2]), np.prod(others[:, 2:] - others[:, :2], axis=1))
@@ -250,6 +259,6 @@ def _lights(tick: Recorded, rgb: Pixels, mask: NDArray[np.uint16], rig: CameraRi
         if not len(keep):
             continue
         away = facing(rig, moved)
-        shown = [_seen(mask, int(light_id), windows.rectangle[i])[1] > 0.4 and away[i] > 0.35 for i in keep]
+        shown = [_visible_pixels(mask, int(light_id), windows.rectangle[i])[1] > 0.4 and away[i] > 0.35 for i in keep]
         labels = _Labels(light=np.where(shown, int(state), len(LIGHTS) - 1), state=int(state))
         yield _made(rgb, windows, keep, np.zeros((len(keep), FEATURES), np.float32), labels, group)

@@ -1,4 +1,7 @@
-"""Evaluates the crop network on held-out crops: temperatures, thresholds, confusion matrices."""
+"""Evaluates the crop network on held-out crops: temperatures, thresholds, confusion matrices.
+
+The required shares are ours.
+"""
 
 from __future__ import annotations
 
@@ -24,8 +27,9 @@ from stucksolver_perception.camera.crop_network import (
 from stucksolver_perception.measurements import Floats
 
 KIND_RIGHT, PASSABLE_RIGHT = 0.95, 0.99
-"""Fraction of answers that must be correct on held-out crops: of a kind, and of a kind that may be driven over."""
+"""Share of right answers that is required on held-out crops: of a kind, and of a kind that may be driven over."""
 LIGHT_RIGHT = {"red": 0.98, "yellow": 0.98, "green": 0.99, "off": 0.98, "unseen": 0.0}
+"""The same for each state of a light."""
 LAMP_RIGHT = 0.97
 """The same for lamps."""
 SPECIAL_RIGHT = 0.95
@@ -33,9 +37,11 @@ SPECIAL_RIGHT = 0.95
 DOOR_RIGHT = 0.9
 """The same for open doors."""
 BLINKER_DARK_RIGHT = 0.75
-"""A blinker that is dark in one image may still be blinking: the memory waits for more images."""
+"""The same for a blinker that is dark in one image. It may still be blinking: the memory waits for more images."""
 GESTURE_RIGHT = 0.95
+"""The same for gestures."""
 LEAST_CONFIDENCE = 0.5
+"""Least confidence of an answer."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,19 +58,22 @@ class Logits:
     """(n, len(GESTURES))."""
 
     @staticmethod
-    def of(outputs: Sequence[Floats]) -> Logits:
-        """From the network's outputs in the order of `HEADS`."""
+    def from_outputs(outputs: Sequence[Floats]) -> Logits:
+        """Return the outputs of the network in the order of `HEADS`."""
         kind, lamps, light, gesture = outputs
         shaped = lamps.reshape(-1, len(LAMPS), len(LAMP_ANSWERS))
         return Logits(kind, shaped, light.reshape(-1, len(LIGHTS)), gesture.reshape(-1, len(GESTURES)))
 
-    def part(self, which: NDArray[np.bool_]) -> Logits:
-        """The outputs for some of the crops."""
+    def subset(self, which: NDArray[np.bool_]) -> Logits:
+        """Return the outputs for some of the crops."""
         return Logits(self.kind[which], self.lamps[which], self.light[which], self.gesture[which])
 
 
 def halves(group: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Which crops calibrate; the others are scored. Split by recording, or by time if there is only one recording."""
+    """Return which crops calibrate; the others are scored.
+
+    The split is by recording, or by time if there is only one recording.
+    """
     names = np.unique(group)
     if len(names) > 1:
         return np.isin(group, names[::2])
@@ -72,7 +81,7 @@ def halves(group: NDArray[np.int64]) -> NDArray[np.bool_]:
 
 
 def temperature_of(logits: Floats, labels: NDArray[np.int64]) -> float:
-    """The most likely temperature for labels (n,) and logits (n, k); 1 without labels (Guo et al. 2017)."""
+    """Return the most likely temperature for labels (n,) and logits (n, k); 1 without labels (Guo et al. 2017)."""
     counts = labels >= 0
     if not counts.any():
         return 1.0
@@ -85,12 +94,12 @@ def temperature_of(logits: Floats, labels: NDArray[np.int64]) -> float:
 
 
 def least_confidence(confidence: Floats, right: NDArray[np.bool_], share: float) -> float:
-    """The lowest confidence above which at least a given fraction of the answers is correct.
+    """Return the lowest confidence above which at least a given share of the answers is right.
 
     Args:
         confidence: (n,), of the answers of one class.
-        right: (n,), whether each is correct.
-        share: Between 0 and 1. It takes at least 100 answers to show a fraction of 0.99, and 20 to show 0.95.
+        right: (n,), True for right answers.
+        share: Between 0 and 1. It takes at least 100 answers to show a share of 0.99, and 20 to show 0.95.
 
     Returns:
         At least `LEAST_CONFIDENCE`; `NEVER` if no confidence is enough, or if there are too few answers.
@@ -106,15 +115,15 @@ def least_confidence(confidence: Floats, right: NDArray[np.bool_], share: float)
 
 
 def cross_check(logits: Logits, crops: Crops) -> tuple[dict[str, Any], dict[str, Any]]:
-    """The card that all crops calibrate, and the scores of each half with a card that the other half calibrates."""
+    """Return the card from all crops, and the scores of each half with a card from the other half."""
     half = halves(crops.group)
-    parts = [(logits.part(item), crops.part(item)) for item in (half, ~half)]
+    parts = [(logits.subset(item), crops.subset(item)) for item in (half, ~half)]
     cards = [calibrated(*part) for part in reversed(parts)]
     return calibrated(logits, crops), scores([(*part, card) for part, card in zip(parts, cards, strict=True)])
 
 
 def calibrated(logits: Logits, crops: Crops) -> dict[str, Any]:
-    """Temperatures and thresholds, in the card's format."""
+    """Return temperatures and thresholds, in the card's format."""
     flat = logits.lamps.reshape(-1, len(LAMP_ANSWERS)), crops.lamps.reshape(-1)
     temperatures = {
         "kind": temperature_of(logits.kind, crops.kind),
@@ -134,10 +143,12 @@ def calibrated(logits: Logits, crops: Crops) -> dict[str, Any]:
         dark = BLINKER_DARK_RIGHT if i in blinkers else LAMP_RIGHT
         lit = {"door_open": DOOR_RIGHT, "emergency_lights": SPECIAL_RIGHT}.get(name, LAMP_RIGHT)
         shares = dict(zip(LAMP_ANSWERS, (dark, lit, 0.0), strict=True))
-        # Both sides together: training mirrors its crops, and lit blinkers are rare.
+        # Calibrate both sides together: training mirrors its crops, and lit blinkers are rare.
         which = blinkers if i in blinkers else [i]
-        told, labels, state = (np.concatenate([item[:, k] for k in which]) for item in (lamps, crops.lamps, crops.lit))
-        lamp_least[name] = _least(told, labels, shares, state)
+        outputs, labels, state = (
+            np.concatenate([item[:, k] for k in which]) for item in (lamps, crops.lamps, crops.lit)
+        )
+        lamp_least[name] = _least(outputs, labels, shares, state)
     gestures = {name: 0.0 if name == UNSEEN_GESTURE else GESTURE_RIGHT for name in GESTURES}
     least = {
         "kind": _least(kind, crops.kind, wanted),
@@ -151,9 +162,9 @@ def calibrated(logits: Logits, crops: Crops) -> dict[str, Any]:
 def _least(
     shares: Floats, labels: NDArray[np.int64], wanted: dict[str, float], state: NDArray[np.int64] | None = None
 ) -> dict[str, float]:
-    """Thresholds by name; `wanted` has the names in the order of the columns of `shares`.
+    """Return thresholds by name; `wanted` has the names in the order of the columns of `shares`.
 
-    With `state`, an answer is also correct if it is what the light, lamp or flagger shows although it counts as unseen:
+    With `state`, an answer is also right if it is the state of the light, lamp or flagger although it counts as hidden:
     a part of it, its glow, or its twin on the same pole, was enough.
     """
     counts = labels >= 0
@@ -169,26 +180,26 @@ def _least(
 
 
 def scores(parts: Sequence[tuple[Logits, Crops, dict[str, Any]]]) -> dict[str, Any]:
-    """Accuracy, answer rate, accuracy of the answers, and confusion matrix of each head, over all parts.
+    """Return accuracy, answer rate, accuracy of the answers, and confusion matrix of each head, over all parts.
 
     Each part has the outputs for some crops, the crops, and the card to use.
     """
-    told: dict[str, list[_HeadAnswers]] = {}
+    answers: dict[str, list[_HeadAnswers]] = {}
     for logits, crops, card in parts:
         warm, least = card["temperatures"], card["least"]
         kind, light, gesture, lamps = (
             softmax(getattr(logits, head) / warm[head]) for head in ("kind", "light", "gesture", "lamps")
         )
         item = {
-            "kind": _told(kind, crops.kind, least["kind"]),
-            "light": _told(light, crops.light, least["light"], crops.state),
-            "gesture": _told(gesture, crops.gesture, least["gesture"], crops.signal),
+            "kind": _answers(kind, crops.kind, least["kind"]),
+            "light": _answers(light, crops.light, least["light"], crops.state),
+            "gesture": _answers(gesture, crops.gesture, least["gesture"], crops.signal),
         }
         for i, name in enumerate(LAMPS):
-            item[name] = _told(lamps[:, i], crops.lamps[:, i], least["lamps"][name], crops.lit[:, i])
+            item[name] = _answers(lamps[:, i], crops.lamps[:, i], least["lamps"][name], crops.lit[:, i])
         for head, found in item.items():
-            told.setdefault(head, []).append(found)
-    return {head: _scored(found) for head, found in told.items()}
+            answers.setdefault(head, []).append(found)
+    return {head: _scored(found) for head, found in answers.items()}
 
 
 @dataclass(frozen=True, eq=False)
@@ -202,7 +213,7 @@ class _HeadAnswers:
     says: NDArray[np.bool_]
 
 
-def _told(
+def _answers(
     shares: Floats, labels: NDArray[np.int64], least: dict[str, float], state: NDArray[np.int64] | None = None
 ) -> _HeadAnswers:
     counts = labels >= 0
@@ -221,13 +232,13 @@ def _scored(parts: Sequence[_HeadAnswers]) -> dict[str, Any]:
     np.add.at(matrix, (labels, best), 1)
     by_name = {}
     for i, name in enumerate(names):
-        true, said = labels == i, says & (best == i)
+        true, answered = labels == i, says & (best == i)
         by_name[name] = {
             "crops": int(true.sum()),
             "found": _share(best[true] == i),
-            "answered": _share(said[true]),
-            "answers": int(said.sum()),
-            "right": _share((true | (shown == i))[said]),
+            "answered": _share(answered[true]),
+            "answers": int(answered.sum()),
+            "right": _share((true | (shown == i))[answered]),
         }
     return {
         "crops": len(labels),
@@ -243,10 +254,10 @@ def _share(flags: NDArray[np.bool_]) -> float | None:
     return round(float(flags.mean()), 4) if len(flags) else None
 
 
-def report(told: dict[str, Any]) -> str:
-    """The scores as text, with one confusion matrix (rows: truth) for each head."""
+def report(scores_by_head: dict[str, Any]) -> str:
+    """Return the scores as text, with one confusion matrix (rows: truth) for each head."""
     lines = []
-    for head, item in told.items():
+    for head, item in scores_by_head.items():
         lines.append(
             f"{head}: {item['crops']} crops, accuracy {item['accuracy']}, answered {item['answered']}, "
             f"right when answered {item['right_when_answered']}"

@@ -17,10 +17,11 @@ from stucksolver_perception.camera.crop_network import GESTURES, HEADS, KINDS, L
 from stucksolver_perception.camera.crops import CROP_PX, FEATURES
 
 OPSET = 17
+"""Version of the ONNX operator set."""
 TOLERANCE = 2e-2
-"""Largest allowed difference between the logits of onnxruntime and torch."""
+"""Largest allowed difference between the logits of onnxruntime and torch. Ours."""
 TRIED = 64
-"""Number of crops on which both are compared."""
+"""Number of crops on which both are compared. Ours."""
 
 
 class ExportError(RuntimeError):
@@ -28,12 +29,16 @@ class ExportError(RuntimeError):
 
 
 def export(net: CropNet, out: Path, card: dict[str, Any], tried: Crops) -> dict[str, Any]:
-    """Writes the network and its card, and tests the export on some crops. Returns the card. Raises `ExportError`."""
+    """Write the network and its card, test the export on some crops, and return the card.
+
+    Raises:
+        ExportError: The outputs differ.
+    """
     shipped, file = ExportedCropNet(net).eval(), out / "crops.onnx"
     example = (torch.zeros(2, CROP_PX, CROP_PX, 3, dtype=torch.uint8), torch.zeros(2, FEATURES))
     names = list(HEADS)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # the exporter that needs no further package warns that it is deprecated
+        warnings.simplefilter("ignore")  # the exporter that requires no further package warns that it is deprecated
         torch.onnx.export(
             shipped,
             example,
@@ -61,12 +66,12 @@ def export(net: CropNet, out: Path, card: dict[str, Any], tried: Crops) -> dict[
 def _compare(shipped: ExportedCropNet, file: Path, tried: Crops) -> None:
     import onnxruntime
 
-    tried = tried.part(np.arange(min(TRIED, len(tried))))
+    tried = tried.subset(np.arange(min(TRIED, len(tried))))
     crops, features = tried.middles, tried.features
     with torch.no_grad():
         expected = shipped(torch.from_numpy(crops), torch.from_numpy(features))
     session = onnxruntime.InferenceSession(str(file), providers=["CPUExecutionProvider"])
-    told = session.run(None, {"crops": crops, "features": features})
-    worst = max(float(np.abs(a.numpy() - b).max()) for a, b in zip(expected, told, strict=True))
+    outputs = session.run(None, {"crops": crops, "features": features})
+    worst = max(float(np.abs(a.numpy() - b).max()) for a, b in zip(expected, outputs, strict=True))
     if worst > TOLERANCE:
-        raise ExportError(f"{file}: onnxruntime and torch differ by {worst:.3g}; do not ship it")
+        raise ExportError(f"onnxruntime and torch differ by {worst:.3g}: {file}. Do not ship it")

@@ -1,4 +1,7 @@
-"""The crop network in torch, and the augmentation of its training crops."""
+"""The crop network in torch, and the augmentation of its training crops.
+
+The numbers are ours.
+"""
 
 from __future__ import annotations
 
@@ -15,15 +18,21 @@ from stucksolver_perception.camera.crop_network import HEADS
 from stucksolver_perception.camera.crops import CROP_PX, FEATURES, FILL
 
 WIDTHS = (24, 40, 80, 160)
+"""Channels of the four scales."""
 SQUEEZED = 48
+"""Channels after the trunk."""
 JOINED = 160
-SEEN = 16 * SQUEEZED + 32
+"""Width of the layer that joins trunk and features."""
+TRUNK_WIDTH = 16 * SQUEEZED + 32
+"""Width of the input of the heads."""
 GESTURE_UNITS = 48
+"""Width of the hidden layer of the head for gestures."""
 SHIFT, ZOOM = 0.10, 0.18
-"""Error of a tracker's box: its centre by this fraction of the crop's side, and its side by this fraction."""
+"""Errors of a tracker's box, as fractions of the crop's side: of its center and of its side."""
 COVERED = 0.2
 """Share of crops with a covered patch."""
 LENGTH_FEATURES, BEARING = slice(0, 3), slice(6, 8)
+"""Columns of the features: lengths and bearing."""
 LEFT, RIGHT = 1, 2
 """Indices of the blinkers in `LAMPS`."""
 
@@ -37,13 +46,13 @@ class ResidualBlock(nn.Module):
         self.more = nn.Sequential(nn.Conv2d(after, after, 3, 1, 1, bias=False), nn.BatchNorm2d(after))
 
     def forward(self, x: Tensor) -> Tensor:
-        """(n, before, h, w) to (n, after, h/2, w/2)."""
+        """Map (n, before, h, w) to (n, after, h/2, w/2)."""
         x = self.down(x)
         return functional.relu(x + self.more(x))
 
 
 class CropNet(nn.Module):
-    """A trunk of convolutions down to 4x4, joined with the features, with one head per question."""
+    """A trunk of convolutions down to 4x4, joined with the features, with one head per property."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -51,27 +60,27 @@ class CropNet(nn.Module):
         self.trunk = nn.Sequential(first, *(ResidualBlock(a, b) for a, b in itertools.pairwise(WIDTHS)))
         self.squeeze = nn.Sequential(nn.Conv2d(WIDTHS[-1], SQUEEZED, 1), nn.ReLU())
         self.geometry = nn.Sequential(nn.Linear(FEATURES, 32), nn.ReLU())
-        self.join = nn.Sequential(nn.Linear(SEEN, JOINED), nn.ReLU(), nn.Dropout(0.2))
+        self.join = nn.Sequential(nn.Linear(TRUNK_WIDTH, JOINED), nn.ReLU(), nn.Dropout(0.2))
         *joined, last = HEADS.values()
         self.heads = nn.ModuleList(nn.Linear(JOINED, size) for size in joined)
-        # On its own, so that it can be trained without a change of what the network says of the rest.
-        self.gesture = nn.Sequential(nn.Linear(SEEN, GESTURE_UNITS), nn.ReLU(), nn.Linear(GESTURE_UNITS, last))
+        # A separate head, so that it can be trained without a change of the other outputs.
+        self.gesture = nn.Sequential(nn.Linear(TRUNK_WIDTH, GESTURE_UNITS), nn.ReLU(), nn.Linear(GESTURE_UNITS, last))
 
     def forward(self, pictures: Tensor, features: Tensor) -> tuple[Tensor, ...]:
-        """Logits of each head for images (n, 3, 64, 64; 0 to 1) and features (n, 10)."""
-        both = self.seen(pictures, features)
+        """Return logits of each head for images (n, 3, 64, 64; 0 to 1) and features (n, 10)."""
+        both = self.trunk_outputs(pictures, features)
         joined = self.join(both)
         return (*(head(joined) for head in self.heads), self.gesture(both))
 
-    def seen(self, pictures: Tensor, features: Tensor) -> Tensor:
-        """(n, `SEEN`): what the trunk makes of images and features, the input of the heads."""
+    def trunk_outputs(self, pictures: Tensor, features: Tensor) -> Tensor:
+        """Return (n, `TRUNK_WIDTH`): the outputs of the trunk for images and features, the input of the heads."""
         # The square root brightens dark pixels, which matter at night.
-        seen = self.squeeze(self.trunk(pictures.clamp(min=1e-4).sqrt() * 2.0 - 1.0)).flatten(1)
-        return torch.cat([seen, self.geometry(features)], dim=1)
+        outputs = self.squeeze(self.trunk(pictures.clamp(min=1e-4).sqrt() * 2.0 - 1.0)).flatten(1)
+        return torch.cat([outputs, self.geometry(features)], dim=1)
 
 
 def restored(file: Path) -> CropNet:
-    """Returns the network of an exported file, for further training; a head that the file lacks is random.
+    """Return the network of an exported file, for further training; a head that the file lacks is random.
 
     Raises:
         RestoreError: The file cannot be read, or holds another network.
@@ -87,32 +96,32 @@ def _empty(layers: Sequence[Layer]) -> tuple[CropNet, Modules]:
         pairs += [(block.down[0], block.down[1]), (block.more[0], block.more[1])]
     pairs += [(net.squeeze[0], None), (net.geometry[0], None), (net.join[0], None)]
     pairs += [(head, None) for head in net.heads]
-    # The first networks read no gestures.
+    # The first networks have no head for gestures.
     return net, pairs if len(layers) == len(pairs) else [*pairs, (net.gesture[0], None), (net.gesture[2], None)]
 
 
 class ExportedCropNet(nn.Module):
-    """The network as exported: takes crops as they are cut, (n, 64, 64, 3) bytes."""
+    """The network as exported: takes crops in the form in which they are cut, (n, 64, 64, 3) bytes."""
 
     def __init__(self, net: CropNet) -> None:
         super().__init__()
         self.net = net
 
     def forward(self, crops: Tensor, features: Tensor) -> tuple[Tensor, ...]:
-        """Logits of each head."""
+        """Return logits of each head."""
         outputs: tuple[Tensor, ...] = self.net(crops.permute(0, 3, 1, 2).float() / 255.0, features)
         return outputs
 
 
 def middle(stored: Tensor) -> Tensor:
-    """The part of stored crops (n, 96, 96, 3 bytes) that the runtime would cut: (n, 3, 64, 64; 0 to 1)."""
+    """Return the part of stored crops (n, 96, 96, 3 bytes) that the runtime would cut: (n, 3, 64, 64; 0 to 1)."""
     edge = (stored.shape[1] - CROP_PX) // 2
     part = stored[:, edge : edge + CROP_PX, edge : edge + CROP_PX]
     return part.permute(0, 3, 1, 2).float() / 255.0
 
 
 def augmented(stored: Tensor, features: Tensor, lamps: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-    """Augments crops: shifts and zooms the box, changes the lighting, mirrors, covers a part.
+    """Augment crops: shift and zoom the box, change the lighting, mirror, cover a part.
 
     Args:
         stored: (n, 96, 96, 3) bytes.
@@ -150,7 +159,10 @@ def augmented(stored: Tensor, features: Tensor, lamps: Tensor) -> tuple[Tensor, 
 
 
 def _relit(pictures: Tensor) -> tuple[Tensor, Tensor]:
-    """Changes brightness, contrast and colour, adds blur and noise, and covers a part of those that are returned."""
+    """Change brightness, contrast and color, add blur and noise, and cover a part of some images.
+
+    It returns the images, and which of them are covered.
+    """
     n, device = len(pictures), pictures.device
 
     def draw(*shape: int) -> Tensor:

@@ -1,11 +1,14 @@
-"""Measures an exported far detector anew: `python -m lab.perception.training.camera.far_calibrate --run OUT --check
-DIR`.
+"""Measures an exported far detector anew.
 
-The network, its threshold and its fit of ranges stay as they are. Recall by range and look, repeated misses and
-precision come from the recordings: from another camera or simulator, or more of them than there were at the training.
+```
+python -m lab.perception.training.camera.far_calibrate --run OUT --check DIR
+```
 
-With `--part DIR` it measures only how vehicles are found of which something nearer covers a part: DIR holds recordings
-of `far_scenes --queued`. Until then, the camera's sight ends where a car ahead covers the road.
+The network, its threshold and its fit of ranges are unchanged. Recall by range and look, repeated misses and precision
+come from the recordings: from another camera or simulator, or from more of them than at the training.
+
+With `--part DIR` it measures only the recall of vehicles that are partly covered by something nearer: DIR holds
+recordings of `far_scenes --queued`. Until then, the camera's sight distance ends where a car ahead covers the road.
 """
 
 from __future__ import annotations
@@ -25,40 +28,40 @@ from stucksolver_perception.camera.far_detector import VERSION
 from stucksolver_perception.measurements import Pixels
 from stucksolver_perception.network_files import load_session
 
-KEPT = ("threshold", "range")
+UNCHANGED = ("threshold", "range")
 
 
 def calibrate(run: Path, check_on: Sequence[Path], jobs: int = 1) -> dict[str, Any]:
-    """Rewrites `far.json` in the folder `run`, and prints the tables. Returns the new card.
+    """Rewrite `far.json` in the folder `run`, print the tables, and return the new card.
 
     Raises:
         RecordingError: A folder has no recordings.
         ValueError: No image has an instance mask.
-        WeightsError: The network is missing, damaged or of another version.
+        NetworkFileError: The network is missing, damaged or of another version.
     """
     held = load(check_on, jobs)
     outputs, card = _network(run, jobs)
     found = check(outputs, held, float(card["threshold"]))
-    told: dict[str, Any] = {**card, **{name: item for name, item in found.items() if name not in KEPT}}
-    told["checked_on"] = sorted({town for town, _ in held.about})
-    told["checked_pictures"] = len(held)
-    print(written(told))
-    (run / "far.json").write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
-    return told
+    new_card: dict[str, Any] = {**card, **{name: item for name, item in found.items() if name not in UNCHANGED}}
+    new_card["checked_on"] = sorted({town for town, _ in held.about})
+    new_card["checked_pictures"] = len(held)
+    print(written(new_card))
+    (run / "far.json").write_text(json.dumps(new_card, indent=1) + "\n", encoding="utf-8")
+    return new_card
 
 
 def calibrate_part(run: Path, check_on: Sequence[Path], jobs: int = 1) -> dict[str, Any]:
-    """Write the figures for vehicles seen in part into `far.json` in the folder `run`, and print them.
+    """Write the metrics of partly visible vehicles into `far.json` in the folder `run`, and print them.
 
-    Returns the new card. Raises as `calibrate`.
+    It returns the new card and raises the errors of `calibrate`.
     """
     held = load(check_on, jobs)
     outputs, card = _network(run, jobs)
     part = check_part(outputs, held, card)
-    told = {**card, "part": {**part, "checked_on": sorted({town for town, _ in held.about})}}
-    print(written_part(told))
-    (run / "far.json").write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
-    return told
+    new_card = {**card, "part": {**part, "checked_on": sorted({town for town, _ in held.about})}}
+    print(written_part(new_card))
+    (run / "far.json").write_text(json.dumps(new_card, indent=1) + "\n", encoding="utf-8")
+    return new_card
 
 
 def _network(run: Path, jobs: int) -> tuple[Run, dict[str, Any]]:
@@ -72,18 +75,18 @@ def _network(run: Path, jobs: int) -> tuple[Run, dict[str, Any]]:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """The command line."""
+    """Run the command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--run", type=Path, required=True, help="folder with far.onnx and far.json")
     what = parser.add_mutually_exclusive_group(required=True)
     what.add_argument("--check", type=Path, nargs="+", help="held-out recordings")
     what.add_argument("--part", type=Path, nargs="+", help="held-out recordings of `far_scenes --queued`")
     parser.add_argument("--jobs", type=int, default=1, help="number of reading processes, and the network's threads")
-    given = parser.parse_args(arguments)
-    if given.part:
-        calibrate_part(given.run, given.part, given.jobs)
+    options = parser.parse_args(arguments)
+    if options.part:
+        calibrate_part(options.run, options.part, options.jobs)
     else:
-        calibrate(given.run, given.check, given.jobs)
+        calibrate(options.run, options.check, options.jobs)
 
 
 if __name__ == "__main__":

@@ -20,21 +20,31 @@ from stucksolver_perception.rig import CameraRig
 from stucksolver_perception.vehicle_frame import into_vehicle
 
 MARGIN_ROWS = 24
-"""Extra rows above and below the strip, so that training can cut strips at other heights."""
+"""Number of extra rows above and below the strip, so that training can cut strips at other heights."""
 MOST_BOXES = 40
 """Maximum number of boxes per image, nearest first."""
 LEAST_PX = 6
-"""Minimum number of visible pixels for an actor to count as seen."""
+"""Minimum number of visible pixels of a visible actor. Ours."""
 LEAST_SHARE = 0.3
-"""Minimum visible fraction. More occluded actors are excluded from the loss: neither positive nor negative."""
+"""Minimum visible share. Ours.
+
+More occluded actors are excluded from the loss: neither positive nor negative.
+"""
 LARGEST_PX = 72.0
-"""Taller boxes (cars nearer than 24 m, buses nearer than 50 m) are left to the LiDAR and excluded from the loss."""
+"""Largest height of a box (px). Ours.
+
+Taller ones (cars nearer than 24 m, buses nearer than 50 m) are left to the LiDAR and excluded from the loss.
+"""
 NEAREST_M = 1.0
+"""Least distance of an actor (m)."""
 AHEAD_M = 18.0
-"""Nearer actors are left to the LiDAR and excluded from the loss."""
+"""Distance below which actors are left to the LiDAR and excluded from the loss (m). Ours."""
 BOX_FIELDS = ("label", "left", "top", "right", "bottom", "share", "distance", "towards", "actor_id", "width_m")
-"""`label`: -1 is excluded from the loss. Edges in px of the image. `towards`: 1 approaching, 0 receding, -1 crossing.
-`distance`: along the ground from the vehicle's reference point to the box's centre (m)."""
+"""Fields of a box.
+
+`label`: -1 is excluded from the loss. Edges in px of the image. `towards`: 1 approaching, 0 receding, -1 crossing.
+`distance`: along the ground from the vehicle's reference point to the box's center (m).
+"""
 _LABEL_OF = {
     **dict.fromkeys(
         (
@@ -46,11 +56,13 @@ _LABEL_OF = {
     **dict.fromkeys((ObjectKind.MOTORCYCLE, ObjectKind.BICYCLE), 1),
     **dict.fromkeys((ObjectKind.PEDESTRIAN, ObjectKind.FLAGGER), 2),
 }
+"""Labels by kind."""
 _FILLS = (0.7, 0.45, 0.4)
-"""Approximate fraction of its rectangle that an unoccluded actor of each label fills."""
+"""Approximate share of its rectangle that an unoccluded actor of each label fills. Ours."""
 _ACROSS = 0.5
-"""If the cosine between heading and line of sight is below this, neither front nor rear is visible."""
+"""Cosine between heading and line of sight below which neither front nor rear is visible. Ours."""
 _ID_SPACE = 65536
+"""Number of ids in a mask of 16 bits."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,21 +87,26 @@ class Strips:
 
 
 def load(folders: Sequence[Path], jobs: int) -> Strips:
-    """Loads all images with masks from folders of recordings. Raises `RecordingError`, or `ValueError` for none."""
+    """Load all images with masks from folders of recordings.
+
+    Raises:
+        RecordingError: A folder has no recordings.
+        ValueError: No image has a mask.
+    """
     drives = [recording for folder in folders for recording in recordings(folder)]
     files = [(k, file) for k, drive in enumerate(drives) for file in drive.files]
     with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
         parts = list(pool.map(_read, [(k, file.parent, file) for k, file in files]))
     parts = [part for part in parts if len(part[0])]
     if not parts:
-        raise ValueError(f"{', '.join(map(str, folders))}: no image has an instance mask")
+        raise ValueError(f"no image has an instance mask: {', '.join(map(str, folders))}. Collect drives with images")
     rgb, top, boxes, time_s, drive = (np.concatenate(column) for column in zip(*parts, strict=True))
-    about = tuple((_told(run.about, "town"), _told(run.about, "weather")) for run in drives)
+    about = tuple((_property_text(run.about, "town"), _property_text(run.about, "weather")) for run in drives)
     return Strips(rgb, top, boxes, time_s, drive, about, drives[0].rig.camera)
 
 
 def boxes_of(tick: Recorded, rig: CameraRig) -> Singles:
-    """Visible actors, nearest first, as (n, 10), see `BOX_FIELDS`. The tick must have a mask."""
+    """Return visible actors, nearest first, as (n, 10), see `BOX_FIELDS`. The tick must have a mask."""
     assert tick.instances is not None
     x, y, z, yaw = (float(item) for item in tick.pose[:4])
     pose = PoseEstimate(tick.time_s, x, y, z, yaw, 0.0, 0.0, np.zeros((4, 4)))
@@ -121,7 +138,7 @@ def boxes_of(tick: Recorded, rig: CameraRig) -> Singles:
 
 
 def _levelled(boxes: Floats, pitch_rad: float, roll_rad: float) -> Floats:
-    """Boxes in the frame of the vehicle body with its pitch (positive nose down) and roll (CARLA's sign).
+    """Return boxes in the frame of the vehicle body with its pitch (positive nose down) and roll (CARLA's sign).
 
     The boxes keep their upright axes: the error is below one pixel.
     """
@@ -133,7 +150,7 @@ def _levelled(boxes: Floats, pitch_rad: float, roll_rad: float) -> Floats:
 
 
 def _unknown(mask: NDArray[np.uint16], actor: int) -> tuple[float, ...]:
-    """A box around an actor beyond the recorded range: excluded from the loss."""
+    """Return a box around an actor beyond the recorded range: excluded from the loss."""
     rows, columns = np.nonzero(mask == actor)
     edges = (float(columns.min()), float(rows.min()), float(columns.max() + 1), float(rows.max() + 1))
     return (-1.0, *edges, 0.0, np.inf, -1.0, float(actor), 0.0)
@@ -160,7 +177,7 @@ def _read(work: tuple[int, Path, Path]) -> tuple[NDArray[np.generic], ...]:
     return np.array(rgb), np.full(n, top), np.array(boxes), np.array(times), np.full(n, drive)
 
 
-def _told(about: dict[str, object], name: str) -> str:
-    """A property of a drive as text. On routes, `weather` may be a record of values; then it is "other"."""
-    told = about.get(name, "unknown")
-    return told if isinstance(told, str) else "other"
+def _property_text(about: dict[str, object], name: str) -> str:
+    """Return a property of a drive as text. On routes, `weather` may be a record of values; then it is "other"."""
+    value = about.get(name, "unknown")
+    return value if isinstance(value, str) else "other"

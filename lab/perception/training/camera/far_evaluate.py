@@ -1,4 +1,4 @@
-"""Checks the far detector on held-out images: recall, precision and ranges. Makes the card and a page of tables."""
+"""Checks the far detector on held-out images: recall, precision and ranges. It makes the card and a page of tables."""
 
 from __future__ import annotations
 
@@ -17,30 +17,43 @@ from stucksolver_perception.camera.horizon_strip import LABELS, look_of
 from stucksolver_perception.measurements import Floats, Pixels
 
 BIN_M = 25.0
+"""Width of a bin of ranges (m)."""
 BINS = tuple(BIN_M * k for k in range(1, 10))
 """Bin edges of the ranges for which recall is reported: 25 to 225 m."""
 SEEN_SHARE = 0.7
-"""Recall counts boxes with at least this visible fraction; the others count neither as missed nor as false. Those from
-`far_data.LEAST_SHARE` on are counted separately, see `check_part`.
+"""Visible share from which boxes count for the recall. Ours.
+
+The others count neither as missed nor as false. Those from `far_data.LEAST_SHARE` on are counted separately,
+see `check_part`.
 """
 LEAST_SCORE = 0.05
-"""Lower peaks are ignored."""
+"""Height of a peak below which it is ignored. Ours."""
 PRECISION = 0.95
-"""The threshold is the lowest that gives this precision for vehicles beyond 40 m."""
+"""Required precision for vehicles beyond 40 m. Ours; the threshold is the lowest that reaches it."""
 FROM_M, TO_M = 40.0, 200.0
+"""Range of distances for precision and threshold (m)."""
 FAR_PX = 45.0
-"""Cars beyond 40 m have a smaller height in the image."""
+"""Height below which a car is beyond 40 m (px)."""
 LEAST_SLACK_PX = 4.0
+"""Least tolerance of a right detection (px). Ours."""
 SLACK = 0.5
-"""A detection is correct if its bottom centre is within this fraction of the box's sides, or `LEAST_SLACK_PX`."""
+"""Tolerance of a right detection: its bottom center is within this share of the box's sides, or `LEAST_SLACK_PX`.
+
+Ours.
+"""
 LOOK_S = 0.75
-"""Two images of a drive that are closer in time show the same scene."""
+"""Time below which two images of a drive show the same scene (s). Ours."""
 BRIGHTNESS_SHARES, CONTRAST_SHARES = (1 / 3, 2 / 3), (1 / 3, 2 / 3)
-"""Quantiles that divide held-out images into classes by look; each class has its own recall."""
+"""Quantiles that divide held-out images into classes by look; each class has its own recall. Ours."""
 LEAST_FITTED = 12
-"""Minimum detections to fit a label's size. With fewer, it uses the vehicles' factors and a wide deviation."""
+"""Minimum number of detections for the fit of a label's size. Ours.
+
+With fewer, it uses the vehicles' factors and a wide deviation.
+"""
 WIDE_SIGMA = 0.4
+"""That deviation (of the log of the range)."""
 FALLBACK_SIZE = (7.5, -0.5, -0.5)
+"""Factors of the size model without a fit."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,19 +79,19 @@ class _Rows:
     look: NDArray[np.int64]
     hit: NDArray[np.bool_]
 
-    def part(self, which: NDArray[np.bool_]) -> _Rows:
-        """Some of the rows."""
+    def subset(self, which: NDArray[np.bool_]) -> _Rows:
+        """Return some of the rows."""
         return _Rows(**{name: getattr(self, name)[which] for name in self.__dataclass_fields__})
 
 
 Run = Callable[[Pixels], tuple[NDArray[np.float32], NDArray[np.float32]]]
-"""A network: from a strip (`STRIP_ROWS`, width, 3) to its two outputs, see `far_net.Shipped`."""
+"""A network: from a strip (`STRIP_ROWS`, width, 3) to its two outputs, see `far_net.ExportedFarNet`."""
 
 
 def check(run: Run, strips: Strips, threshold: float | None = None) -> dict[str, Any]:
-    """The card's figures: threshold, recall by range and look, precision, and the fit of ranges.
+    """Return the card's metrics: threshold, recall by range and look, precision, and the fit of ranges.
 
-    Without a `threshold`, the one that the constants above ask for is chosen.
+    Without a `threshold`, the one that the constants above define is chosen.
     """
     pictures = [_match(found, strips.boxes[k], int(strips.drive[k])) for k, found in enumerate(_found(run, strips))]
     threshold = _threshold(pictures) if threshold is None else threshold
@@ -98,7 +111,7 @@ def check(run: Run, strips: Strips, threshold: float | None = None) -> dict[str,
         "bins_m": list(BINS),
         "look_edges": edges,
         "recall": {
-            name: [_counts(rows.part((rows.label == k) & (rows.look == look))) for look in range(count)]
+            name: [_counts(rows.subset((rows.label == k) & (rows.look == look))) for look in range(count)]
             for k, name in enumerate(LABELS)
         },
         "repeated_miss": _repeated(rows, strips.time_s),
@@ -110,18 +123,20 @@ def check(run: Run, strips: Strips, threshold: float | None = None) -> dict[str,
 
 
 def check_part(run: Run, strips: Strips, card: dict[str, Any]) -> dict[str, Any]:
-    """The card's figures for vehicles of which something nearer covers a part: recall by range and look, and misses
-    that a second look repeats. Threshold and classes of look are those of the card.
+    """Return the card's metrics for vehicles that are partly covered by something nearer.
+
+    They are the recall by range and look, and the misses that a second image repeats. Threshold and classes of look are
+    those of the card.
     """
     threshold = float(card["threshold"])
     found = [detections.part(detections.score >= threshold) for detections in _found(run, strips)]
     pictures = [_match(detections, strips.boxes[k], int(strips.drive[k])) for k, detections in enumerate(found)]
     looks = look_classes(np.array([picture.found.look for picture in pictures]), card["look_edges"])
     rows = _rows(pictures, looks, _in_part)
-    rows = rows.part(rows.label == 0)
+    rows = rows.subset(rows.label == 0)
     count = (len(BRIGHTNESS_SHARES) + 1) * (len(CONTRAST_SHARES) + 1)
     return {
-        "recall": [_counts(rows.part(rows.look == look)) for look in range(count)],
+        "recall": [_counts(rows.subset(rows.look == look)) for look in range(count)],
         "repeated_miss": _repeated(rows, strips.time_s),
         "tables": {name: table for name, table in _tables(rows, strips.about).items() if name.startswith("vehicle")},
         "pictures": len(strips),
@@ -129,25 +144,25 @@ def check_part(run: Run, strips: Strips, card: dict[str, Any]) -> dict[str, Any]
 
 
 def look_classes(looks: Floats, edges: dict[str, list[float]]) -> NDArray[np.int64]:
-    """Class (n,) of each image's look (n, 2). Brightness is the major part of the index."""
+    """Return class (n,) of each image's look (n, 2). Brightness is the major part of the index."""
     bright = np.searchsorted(edges["brightness"], looks[:, 0])
     contrast = np.searchsorted(edges["contrast"], looks[:, 1])
     return np.asarray(bright * (len(edges["contrast"]) + 1) + contrast, np.int64)
 
 
 def written(card: dict[str, Any]) -> str:
-    """The card's tables as a Markdown page."""
+    """Return the card's tables as a Markdown page."""
     lines = ["# Far detector on held-out images", "", f"threshold {card['threshold']:.3f}", ""]
     lines += _recall_table(card["tables"])
     lines.append("| precision, by estimated range | " + " | ".join(_share(item) for item in card["precision"]) + " |")
-    told = card["range"]
+    range_fit = card["range"]
     lines += ["", f"front or rear correct: {card['towards_right']}; missed again 0.5 s later: {card['repeated_miss']}"]
-    lines += [f"range: {told['said']}", ""]
+    lines += [f"range: {range_fit['said']}", ""]
     return "\n".join(lines)
 
 
 def written_part(card: dict[str, Any]) -> str:
-    """The card's table of vehicles seen in part as Markdown."""
+    """Return the card's table of partly visible vehicles as Markdown."""
     part = card["part"]
     return "\n".join([*_recall_table(part["tables"]), "", f"missed again 0.5 s later: {part['repeated_miss']}", ""])
 
@@ -175,7 +190,7 @@ def _found(run: Run, strips: Strips) -> list[FarDetections]:
 
 
 def _match(found: FarDetections, boxes: NDArray[np.float32], drive: int) -> _Matched:
-    """Matches detections, highest score first, to the nearest free box of their label within reach."""
+    """Match detections, highest score first, to the nearest free box of their label within reach."""
     boxes = boxes[~np.isnan(boxes[:, 0])]
     column, row = (boxes[:, 1] + boxes[:, 3]) / 2.0, boxes[:, 4]
     reach_x = np.maximum(SLACK * (boxes[:, 3] - boxes[:, 1]), LEAST_SLACK_PX)
@@ -193,7 +208,7 @@ def _match(found: FarDetections, boxes: NDArray[np.float32], drive: int) -> _Mat
 
 
 def _unjudged(found: FarDetections, k: int, boxes: NDArray[np.float32], off: Floats) -> bool:
-    """Does an unmatched detection lie on something that is excluded from the loss?"""
+    """True if an unmatched detection lies on an object that is excluded from the loss."""
     x, y = found.column[k], found.row[k] - found.height[k] / 2.0
     within = (boxes[:, 1] - 2 < x) & (x < boxes[:, 3] + 2) & (boxes[:, 2] - 2 < y) & (y < boxes[:, 4] + 2)
     return bool(np.any((boxes[:, 0] < 0) & (within | (off <= 1.0))))
@@ -239,18 +254,18 @@ def _rows(
 
 
 def _counts(rows: _Rows) -> list[list[int]]:
-    """For each bin: number of found boxes, and of all boxes."""
+    """Return the number of found boxes, and of all boxes, for each bin."""
     place = np.digitize(rows.distance, BINS) - 1
     return [[int(rows.hit[place == k].sum()), int((place == k).sum())] for k in range(len(BINS) - 1)]
 
 
 def _repeated(rows: _Rows, time_s: Floats) -> list[int]:
-    """Vehicles missed in one image and again in the next one of the scene, and all that were missed in the first."""
+    """Return vehicles missed in two consecutive images of a scene, and all that were missed in the first."""
     known = {
         (int(d), int(a), int(p)): bool(h)
         for d, a, p, h in zip(rows.drive, rows.actor, rows.picture, rows.hit, strict=True)
     }
-    far = rows.part((rows.label == 0) & (rows.distance > FROM_M) & (rows.distance < TO_M) & ~rows.hit)
+    far = rows.subset((rows.label == 0) & (rows.distance > FROM_M) & (rows.distance < TO_M) & ~rows.hit)
     again = total = 0
     for drive, actor, picture in zip(far.drive, far.actor, far.picture, strict=True):
         following = known.get((int(drive), int(actor), int(picture) + 1))
@@ -262,7 +277,7 @@ def _repeated(rows: _Rows, time_s: Floats) -> list[int]:
 
 
 def _precision(pictures: Sequence[_Matched], strips: Strips) -> list[list[int]]:
-    """Correct vehicle detections, and all, by the range estimated from their height."""
+    """Return correct vehicle detections, and all, by the range estimated from their height."""
     counts = np.zeros((len(BINS) - 1, 2), int)
     for picture in pictures:
         mine = (picture.found.label == 0) & (picture.truth != -2)
@@ -274,7 +289,7 @@ def _precision(pictures: Sequence[_Matched], strips: Strips) -> list[list[int]]:
 
 
 def _towards(pictures: Sequence[_Matched]) -> list[int]:
-    """Vehicles found beyond `FROM_M` with a visible front or rear: correctly classified, and all."""
+    """Return vehicles found beyond `FROM_M` with a visible front or rear: rightly classified, and all."""
     right = total = 0
     for picture in pictures:
         for k in np.flatnonzero((picture.truth >= 0) & (picture.found.label == 0)):
@@ -287,26 +302,26 @@ def _towards(pictures: Sequence[_Matched]) -> list[int]:
 
 def _tables(rows: _Rows, about: Sequence[tuple[str, str]]) -> dict[str, list[list[int]]]:
     towns, weathers = (np.array([item[k] for item in about])[rows.drive] for k in (0, 1))
-    tables = {name: _counts(rows.part(rows.label == k)) for k, name in enumerate(LABELS)}
+    tables = {name: _counts(rows.subset(rows.label == k)) for k, name in enumerate(LABELS)}
     vehicle = rows.label == 0
-    tables |= {f"vehicle, {name}": _counts(rows.part(vehicle & (towns == name))) for name in sorted(set(towns))}
+    tables |= {f"vehicle, {name}": _counts(rows.subset(vehicle & (towns == name))) for name in sorted(set(towns))}
     return tables | {
-        f"vehicle, {name}": _counts(rows.part(vehicle & (weathers == name))) for name in sorted(set(weathers))
+        f"vehicle, {name}": _counts(rows.subset(vehicle & (weathers == name))) for name in sorted(set(weathers))
     }
 
 
 def _ranges(pictures: Sequence[_Matched], strips: Strips) -> dict[str, Any]:
-    """The range model, fitted to every other drive and measured on the rest."""
+    """Return the range model, fitted to every other drive and measured on the rest."""
     model = _fitted(pictures, strips, lambda drive: drive % 2 == 0)
     found, distance, _ = _pairs(pictures, strips, lambda drive: drive % 2 == 1)
-    said = "not measured: there is only one drive"
+    summary = "not measured: there is only one drive"
     if len(found):
         range_m, sigma_m = ranges_of(found, strips.rig, model)
         off = np.abs(range_m - distance)
         far = (distance >= 60.0) & (found.label == 0)
         covered, twice = (float(np.mean(off <= k * sigma_m)) for k in (1, 2))
         relative = float(np.median(off[far] / distance[far])) if far.any() else float("nan")
-        said = (
+        summary = (
             f"{covered:.3f} within one standard deviation, {twice:.3f} within two, of {len(found)} in drives that "
             f"were not fitted to; median error beyond 60 m {100 * relative:.1f} %"
         )
@@ -318,7 +333,7 @@ def _ranges(pictures: Sequence[_Matched], strips: Strips) -> dict[str, Any]:
         "size_sigma": list(model.size_sigma),
         "half_length_m": list(model.half_length_m),
         "inflation": model.inflation,
-        "said": said,
+        "said": summary,
     }
 
 
@@ -353,7 +368,10 @@ def _fitted(pictures: Sequence[_Matched], strips: Strips, chosen: Callable[[int]
 def _pairs(
     pictures: Sequence[_Matched], strips: Strips, chosen: Callable[[int], bool]
 ) -> tuple[FarDetections, Floats, Floats]:
-    """Detections in some drives that match a judged box, their distances from the camera, and the true lower edges."""
+    """Return detections in some drives that match a judged box, with their true distances and lower edges.
+
+    The distances are those from the camera.
+    """
     parts, distances, edges = [], [], []
     for picture in pictures:
         if not chosen(picture.drive):

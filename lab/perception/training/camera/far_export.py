@@ -17,12 +17,13 @@ from stucksolver_perception.camera.far_detector import VERSION
 from stucksolver_perception.camera.horizon_strip import LABELS, STRIDE, STRIP_ROWS
 
 OPSET = 17
+"""Version of the ONNX operator set."""
 TOLERANCE = 5e-3
-"""Largest allowed difference between the outputs of onnxruntime and torch."""
+"""Largest allowed difference between the outputs of onnxruntime and torch. Ours."""
 LEAST_PEAK = 0.05
-"""Lower peaks are ignored; on a uniform grey image every cell is a peak."""
+"""Height of a peak below which it is ignored. Ours; on a uniform gray image every cell is a peak."""
 TRIED = 4
-"""Number of images on which both are compared."""
+"""Number of images on which both are compared. Ours."""
 
 
 class ExportError(RuntimeError):
@@ -30,11 +31,15 @@ class ExportError(RuntimeError):
 
 
 def export(net: FarNet, out: Path, card: dict[str, Any], tried: Strips) -> dict[str, Any]:
-    """Writes the network and its card, and tests the export on some images. Returns the card. Raises `ExportError`."""
+    """Write the network and its card, test the export on some images, and return the card.
+
+    Raises:
+        ExportError: The outputs differ.
+    """
     shipped, file = ExportedFarNet(net).eval(), out / "far.onnx"
     width = tried.rgb.shape[2]
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # the exporter that needs no further package warns that it is deprecated
+        warnings.simplefilter("ignore")  # the exporter that requires no further package warns that it is deprecated
         torch.onnx.export(
             shipped,
             (torch.zeros(1, STRIP_ROWS, width, 3, dtype=torch.uint8),),
@@ -67,4 +72,4 @@ def _compare(shipped: ExportedFarNet, file: Path, tried: Strips) -> None:
             near = their_peaks[0, label, max(y - 1, 0) : y + 2, max(x - 1, 0) : x + 2]
             off = max(off, float(np.abs(near - peaks[0, label, y, x]).min()))
         if off > TOLERANCE:
-            raise ExportError(f"{file}: onnxruntime and torch differ by {off:.4f}; do not ship it")
+            raise ExportError(f"onnxruntime and torch differ by {off:.4f}: {file}. Do not ship it")

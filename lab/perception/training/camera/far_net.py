@@ -1,7 +1,9 @@
 """The network that finds far vehicles in the strip around the horizon, and its loss.
 
-After CenterNet (Zhou, Wang, Krähenbühl: Objects as Points, 2019): a heatmap whose peaks are box centres, and
-at each peak the box's size, its exact centre, its lower edge, and whether its front or its rear is visible.
+After CenterNet (Zhou, Wang, Krähenbühl: Objects as Points, 2019): a heatmap whose peaks are box centers, and at each
+peak the box's size, its exact center, its lower edge, and whether its front or its rear is visible.
+
+The weights of the loss are ours.
 """
 
 from __future__ import annotations
@@ -18,30 +20,33 @@ from stucksolver_perception.camera.horizon_strip import LABELS, STRIDE
 
 CLASSES = len(LABELS)
 CHANNELS = CLASSES + 6
-"""Heat of each label; log width and log height, horizontal and vertical offset of the centre, offset of the lower edge,
-all in cells; and the logit of facing towards us."""
+"""Number of channels.
+
+They are the heat of each label, log width and log height, horizontal and vertical offset of the center, offset of the
+lower edge, all in cells, and the logit of facing toward the ego.
+"""
 WIDTHS = (16, 32, 48)
 """Channels at strides of 2, of 4, and of 8 and 16 pixels."""
 MEAN, SPREAD = 9.0, 4.0
-"""Approximate mean and spread of the square roots of pixels; normalises them to about -2 to 2."""
+"""Approximate mean and spread of the square roots of pixels; normalizes them to about -2 to 2."""
 SIGMA_SHARE = 0.17
 """Standard deviation of a Gaussian, as a fraction of the box's side."""
 LEAST_SIGMA = 0.7
 """Smallest standard deviation of a Gaussian (cells)."""
 PRIOR = -3.5
-"""Initial heat logit: boxes are rare."""
+"""Initial logit of the heat: boxes are rare."""
 AROUND = tuple((dx, dy) for dy in (-1, 0, 1) for dx in (-1, 0, 1))
-"""Cells around a box's centre that also learn its size, because the peak may be predicted next to its place."""
-BESIDE = 0.3
-"""Weight of the cells next to the centre."""
+"""Cells around a box's center that also learn its size, because the peak may be predicted next to its position."""
+NEIGHBOR_WEIGHT = 0.3
+"""Weight of the cells next to the center."""
 SIZE_WEIGHT = 0.5
 """Weight in the loss of the error of log width and log height."""
 MIDDLE_WEIGHT = 0.5
-"""Weight of the error of the centre (cells)."""
+"""Weight of the error of the center (cells)."""
 EDGE_WEIGHT = 1.0
 """Weight of the error of the lower edge, relative to half the box's height."""
 TOWARDS_WEIGHT = 0.2
-"""Weight of the error of which side is visible, front or rear."""
+"""Weight of the error of the visible side, front or rear."""
 
 
 def _step(inputs: int, outputs: int, stride: int = 1, kernel: int = 3) -> nn.Sequential:
@@ -57,7 +62,7 @@ class _Block(nn.Module):
         self.first, self.second = _step(channels, channels), _step(channels, channels)
 
     def forward(self, x: Tensor) -> Tensor:
-        """Same shape."""
+        """Return an array of the same shape."""
         return x + self.second(self.first(x))
 
 
@@ -77,7 +82,7 @@ class FarNet(nn.Module):
         nn.init.constant_(self.out.bias[:CLASSES], PRIOR)
 
     def forward(self, x: Tensor) -> Tensor:
-        """Raw channels, heat logits first."""
+        """Return raw channels, heat logits first."""
         fine = self.fine(self.stem(x))
         coarse = self.coarse(fine)
         coarse = coarse + fn.interpolate(self.join(self.coarsest(coarse)), scale_factor=2.0, mode="nearest")
@@ -115,7 +120,7 @@ class ExportedFarNet(nn.Module):
         self.net = net
 
     def forward(self, strip: Tensor) -> tuple[Tensor, Tensor]:
-        """From bytes (1, rows, width, 3): peaks (1, classes, h, w), 0 elsewhere, and the rest (1, 6, h, w)."""
+        """Return peaks (1, classes, h, w), 0 elsewhere, and the rest (1, 6, h, w), from bytes (1, rows, width, 3)."""
         raw = self.net(scaled(strip.permute(0, 3, 1, 2).float()))
         heat = torch.sigmoid(raw[:, :CLASSES])
         highest = fn.max_pool2d(heat, 3, 1, 1)
@@ -123,12 +128,12 @@ class ExportedFarNet(nn.Module):
 
 
 def scaled(pixels: Tensor) -> Tensor:
-    """Normalises the square roots of pixels (0 to 255), so that an unlit car at night also stands out."""
+    """Normalize the square roots of pixels (0 to 255), so that an unlit car at night also stands out."""
     return (torch.sqrt(pixels) - MEAN) / SPREAD
 
 
 def loss_of(raw: Tensor, boxes: Tensor, shift: Tensor) -> Tensor:
-    """The loss of a batch.
+    """Return the loss of a batch.
 
     Args:
         raw: (n, `CHANNELS`, h, w), network output.
@@ -156,17 +161,19 @@ def loss_of(raw: Tensor, boxes: Tensor, shift: Tensor) -> Tensor:
     sides = torch.stack([(right - left)[which, place], bottom - top[which, place]], 1)
     around = torch.tensor(AROUND, device=raw.device)
     cell_x, cell_y = x.floor().long() + around[:, :1], y.floor().long() + around[:, 1:]
-    share = torch.where((around == 0).all(1, keepdim=True), 1.0, BESIDE)
+    share = torch.where((around == 0).all(1, keepdim=True), 1.0, NEIGHBOR_WEIGHT)
     share = share * ((cell_x >= 0) & (cell_x < columns) & (cell_y >= 0) & (cell_y < rows))
-    told = raw[which[None], CLASSES:, cell_y.clamp(0, rows - 1), cell_x.clamp(0, columns - 1)].float()
+    predicted = raw[which[None], CLASSES:, cell_y.clamp(0, rows - 1), cell_x.clamp(0, columns - 1)].float()
     middle = torch.stack([x - cell_x - 0.5, y - cell_y - 0.5], 2)
-    error = SIZE_WEIGHT * (told[..., :2] - sides.clamp(min=0.25).log()).abs().sum(2)
-    error = error + MIDDLE_WEIGHT * (told[..., 2:4] - middle).abs().sum(2)
+    error = SIZE_WEIGHT * (predicted[..., :2] - sides.clamp(min=0.25).log()).abs().sum(2)
+    error = error + MIDDLE_WEIGHT * (predicted[..., 2:4] - middle).abs().sum(2)
     # An error of the lower edge matters less for tall boxes, which are near.
-    error = error + EDGE_WEIGHT * (told[..., 4] - (bottom - cell_y - 0.5)).abs() / (sides[:, 1] / 2.0).clamp(min=1.0)
+    error = error + EDGE_WEIGHT * (predicted[..., 4] - (bottom - cell_y - 0.5)).abs() / (sides[:, 1] / 2.0).clamp(
+        min=1.0
+    )
     front, facing = boxes[which, place, 7], boxes[which, place, 0] < 2
     target = front.clamp(min=0.0).expand_as(share)
-    towards = fn.binary_cross_entropy_with_logits(told[..., 5], target, reduction="none")
+    towards = fn.binary_cross_entropy_with_logits(predicted[..., 5], target, reduction="none")
     error = error + TOWARDS_WEIGHT * towards * ((front >= 0) & facing)
     return loss + (share * error).sum() / count
 
@@ -182,7 +189,9 @@ def _targets(
     rows: int,
     columns: int,
 ) -> tuple[Tensor, Tensor]:
-    """Heat (n, classes, rows, columns) with 1 at each centre, and weights (n, 1, rows, columns), 0 where unknown."""
+    """Return heat (n, classes, rows, columns) with 1 at each center, and weights (n, 1, rows, columns), 0
+    where unknown.
+    """
     across = torch.arange(columns, device=label.device) + 0.5
     down = torch.arange(rows, device=label.device) + 0.5
     x, y = ((left + right) / 2.0).floor() + 0.5, ((top + bottom) / 2.0).floor() + 0.5
@@ -203,12 +212,12 @@ def _targets(
 
 
 def _highest(down: Tensor, across: Tensor) -> Tensor:
-    """(n, rows, columns): maximum over m outer products of a column (n, m, rows) and a row (n, m, columns)."""
+    """Return (n, rows, columns): maximum over m outer products of a column (n, m, rows) and a row (n, m, columns)."""
     return (down[..., :, None] * across[..., None, :]).amax(1)
 
 
 def _focal(logits: Tensor, heat: Tensor, weight: Tensor) -> Tensor:
-    """Penalty-reduced focal loss of CenterNet (alpha 2, beta 4), summed."""
+    """Return the penalty-reduced focal loss of CenterNet (alpha 2, beta 4), summed."""
     p = torch.sigmoid(logits).clamp(1e-4, 1.0 - 1e-4)
     is_peak = (heat > 0.999).float()
     hit = -((1.0 - p) ** 2) * torch.log(p) * is_peak

@@ -1,10 +1,14 @@
 """Trains the detector of far vehicles on recordings, checks it on others, and writes the files that the runtime loads.
 
-`python -m lab.perception.training.camera.far_train --data DIR [DIR ...] --check DIR --out OUT --minutes 4 --seed 1`
+```
+python -m lab.perception.training.camera.far_train --data DIR [DIR ...] --check DIR --out OUT --minutes 4 --seed 1
+```
 
-`--data` takes ordinary drives and those of `lab.perception.recording.far_scenes`; `--check` should contain other
-towns. Uses a GPU if there is one; `--steps 20 --batch 2` is a quick trial on a CPU. `--start far.onnx` continues from a
-shipped network, with a lower learning rate.
+`--data` takes ordinary drives and those of `lab.perception.recording.far_scenes`; `--check` should contain other towns.
+The training uses a GPU if there is one; `--steps 20 --batch 2` is a quick trial on a CPU. `--start far.onnx` continues
+from a shipped network, with a lower learning rate.
+
+The numbers are ours.
 """
 
 from __future__ import annotations
@@ -34,27 +38,29 @@ from stucksolver_perception.camera.horizon_strip import STRIP_ROWS
 from stucksolver_perception.measurements import Pixels
 
 CROP_WIDTH = 800
-"""Training cuts crops of half the strip's width, so that a batch holds more images."""
+"""Width of a crop in training (px): half the strip's width, so that a batch holds more images."""
 TOP_RATE = 3e-3
 """Highest learning rate of the one cycle (Smith, Topin 2019)."""
 FURTHER = 0.3
-"""The highest learning rate of a further training, relative to that."""
+"""Highest learning rate of a further training, relative to that."""
 SETTLED = 64
-"""Half strips on which a restored network gets the statistics of its batch normalisations."""
+"""Number of half strips on which a restored network gets the statistics of its batch normalizations."""
 WARM_UP = 0.1
-"""Fraction of the time in which the rate rises."""
+"""Share of the time in which the rate rises."""
 DECAY = 1e-4
+"""Weight decay."""
 AVERAGED = 0.998
-"""Decay of the moving average of the weights: an average over about the last 1 / (1 - this) steps is shipped."""
+"""Decay of the moving average of the weights: about the last 1 / (1 - this) steps are averaged and shipped."""
 COLOR, LIGHT = 0.1, 0.2
-"""Standard deviations of the log gain of each colour channel and of the overall brightness."""
+"""Standard deviations of the log gain of each color channel and of the overall brightness."""
 HAZE = 0.06
-"""Standard deviation of the offset of all pixels, as a fraction of the mean brightness."""
+"""Standard deviation of the offset of all pixels, as a share of the mean brightness."""
 NOISE = 1.5
-"""Highest standard deviation of the pixel noise (grey levels); an unlit car at night has a contrast of five."""
+"""Highest standard deviation of the pixel noise (gray levels). An unlit car at night has a contrast of five."""
 SAY_EVERY_S = 5.0
+"""Time between two reports (s)."""
 FAR_M = 60.0
-"""An image with a visible actor beyond this distance is drawn twice as often."""
+"""Distance beyond which a visible actor makes an image drawn twice as often (m)."""
 
 
 def train(
@@ -68,7 +74,10 @@ def train(
     widths: tuple[int, int, int] = WIDTHS,
     begun: FarNet | None = None,
 ) -> FarNet:
-    """Trains for a number of minutes, or of steps, and returns the network. `begun`: a network to train further."""
+    """Train for a number of minutes, or of steps, and return the network.
+
+    `begun`: a network to train further.
+    """
     torch.manual_seed(seed)
     net = (begun or FarNet(*widths)).to(device, memory_format=torch.channels_last)
     top_rate = TOP_RATE if begun is None else FURTHER * TOP_RATE
@@ -78,7 +87,7 @@ def train(
     averaged: FarNet = copy.deepcopy(net)
     optimizer = torch.optim.AdamW(net.parameters(), lr=top_rate, weight_decay=DECAY)
     batches = _Batches(strips, device, batch, seed)
-    start, said, step = time.monotonic(), 0.0, 0
+    start, reported_s, step = time.monotonic(), 0.0, 0
     on_gpu = device.type == "cuda"
     while True:
         passed = time.monotonic() - start
@@ -97,8 +106,8 @@ def train(
         optimizer.step()
         step += 1
         average(averaged, net, min(AVERAGED, step / (step + 10.0)))
-        if passed - said >= SAY_EVERY_S:
-            said = passed
+        if passed - reported_s >= SAY_EVERY_S:
+            reported_s = passed
             print(f"{passed:6.0f} s  step {step}  loss {loss.item():.3f}", flush=True)
     print(f"trained {step} steps of {batch} half strips in {time.monotonic() - start:.0f} s", flush=True)
     averaged.eval()
@@ -106,7 +115,7 @@ def train(
 
 
 class _Batches:
-    """Draws half strips with their boxes, and augments them in the way that cameras and light vary."""
+    """Draws half strips with their boxes, and augments them by the variation of cameras and light."""
 
     def __init__(self, strips: Strips, device: torch.device, batch: int, seed: int) -> None:
         self._random, self._batch, self._device = np.random.default_rng(seed), batch, device
@@ -118,7 +127,10 @@ class _Batches:
         self._chances = chances / chances.sum()
 
     def draw(self) -> tuple[Tensor, Tensor, Tensor]:
-        """Scaled pixels (n, 3, rows, width), boxes (n, m, 10), and the column and row where each crop starts (n, 2)."""
+        """Return pixels (n, 3, rows, width), boxes (n, m, 10), and column and row of each crop's start (n, 2).
+
+        Pixels are scaled.
+        """
         random, n, device = self._random, self._batch, self._device
         which = torch.from_numpy(random.choice(len(self._rgb), n, p=self._chances)).to(device)
         down = random.integers(0, 2 * MARGIN_ROWS + 1, n)
@@ -140,7 +152,7 @@ class _Batches:
         return scaled(self._changed(pixels)), boxes, torch.stack([left, top], 1)
 
     def _changed(self, pixels: Tensor) -> Tensor:
-        """Changes brightness and colours, and adds noise. Gain and offset follow the light: night stays readable."""
+        """Change brightness and colors, and add noise. Gain and offset follow the light: night stays readable."""
         n, device = len(pixels), self._device
         gain = torch.exp(
             COLOR * torch.randn(n, 3, 1, 1, device=device) + LIGHT * torch.randn(n, 1, 1, 1, device=device)
@@ -151,7 +163,7 @@ class _Batches:
 
 
 def outputs_of(net: FarNet, device: torch.device) -> Run:
-    """The network as `far_check.check` takes it."""
+    """Return the network in the form for `far_evaluate.check`."""
     shipped = ExportedFarNet(net.to(device)).eval()
 
     def run(strip: Pixels) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
@@ -163,14 +175,14 @@ def outputs_of(net: FarNet, device: torch.device) -> Run:
 
 
 def _rate(share: float) -> float:
-    """Learning rate at a fraction of the time, relative to its highest value."""
+    """Return the learning rate at a share of the time, relative to its highest value."""
     if share < WARM_UP:
         return 0.05 + 0.95 * share / WARM_UP
     return max(0.5 * (1.0 + math.cos(math.pi * (share - WARM_UP) / (1.0 - WARM_UP))), 0.002)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Trains, checks and exports."""
+    """Train, check and export a network."""
     parser = argparse.ArgumentParser(description="Train the detector of far vehicles.")
     parser.add_argument("--data", type=Path, nargs="+", required=True, help="folders of recordings to train on")
     parser.add_argument("--check", type=Path, nargs="+", required=True, help="folders of recordings to check on")

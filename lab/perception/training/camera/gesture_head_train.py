@@ -1,11 +1,15 @@
-"""Trains the head for gestures of a crop network, and nothing else of it.
+"""Trains the head for gestures of a crop network, and no other part.
 
-`python -m lab.perception.training.camera.gesture_head_train --start crops.onnx --data DIR --check DIR --out OUT`
+```
+python -m lab.perception.training.camera.gesture_head_train --start crops.onnx --data DIR --check DIR --out OUT
+```
 
-Since the rest of the network stays as it is, only what it makes of the flaggers' crops is needed. Each crop is
-augmented a few times and goes through the network once; the head learns from the results within a minute on a CPU. The
-head is calibrated on the check recordings, and each half of them is scored with what the other half calibrates. Writes
-`crops.onnx` and `crops.json` to OUT; what they say of everything but gestures is as before.
+Since the rest of the network is unchanged, only its outputs for the flaggers' crops are required. Each crop is
+augmented a few times and passes through the network once; the head learns from the outputs within a minute on a CPU.
+The head is calibrated on the check recordings, and each half of them is scored with the calibration of the other half.
+The command writes `crops.onnx` and `crops.json` to OUT; all outputs but the gestures are unchanged.
+
+The numbers are ours.
 """
 
 from __future__ import annotations
@@ -31,12 +35,13 @@ from lab.perception.training.camera.crops_train import PEAK_RATE, RARE, WARM_UP,
 from lab.training.schedule import rate
 
 AT_ONCE = 128
-"""Crops that go through the trunk together."""
+"""Number of crops that pass through the trunk together."""
 BATCH = 512
-"""Crops of a step."""
+"""Number of crops of a step."""
 SMOOTHED = 0.02
-"""Label smoothing: what a flagger shows in the dark is never certain."""
+"""Label smoothing: the gesture of a flagger in the dark is never certain."""
 LEAST_SPREAD = 1e-3
+"""Least standard deviation of an input in its normalization."""
 
 
 @dataclass(frozen=True)
@@ -44,17 +49,20 @@ class HeadSettings:
     """Options of a training of the head."""
 
     start: Path
-    """An exported network, with its card beside it."""
+    """An exported network, with its card next to it."""
     out: Path
     rounds: int = 16
-    """How often each crop is augmented."""
+    """Number of augmentations of each crop."""
     steps: int = 1500
+    """Number of steps."""
     seed: int = 1
+    """Seed of the training."""
     jobs: int = 1
+    """Number of reading processes."""
 
 
 def train(data: Sequence[Path], check: Sequence[Path], settings: HeadSettings) -> dict[str, Any]:
-    """Trains, exports and scores. Returns the card.
+    """Train, export and score a head, and return the card.
 
     Raises:
         RestoreError: The network to start from cannot be used.
@@ -66,42 +74,42 @@ def train(data: Sequence[Path], check: Sequence[Path], settings: HeadSettings) -
     taught, held = (crops_in(folders, settings.jobs, settings.seed, flaggers=True) for folders in (data, check))
     print(f"{len(taught)} crops of flaggers to train on, {len(held)} to check on", flush=True)
     if not len(taught) or not len(held):
-        raise ValueError("the recordings contain no flaggers; record some with close_scenes --gestures")
-    seen = torch.cat([_seen(net, taught) for _ in range(settings.rounds)])
-    fit(net.gesture, seen, torch.from_numpy(np.tile(taught.gesture, settings.rounds)), settings.steps)
-    card, told = cross_check(logits_of(net, held), held)
-    print(report({"gesture": told["gesture"]}))
-    kept = json.loads(settings.start.with_suffix(".json").read_text(encoding="utf-8"))
+        raise ValueError("no flaggers in the recordings. Record some with close_scenes --gestures")
+    outputs = torch.cat([_trunk_outputs(net, taught) for _ in range(settings.rounds)])
+    fit(net.gesture, outputs, torch.from_numpy(np.tile(taught.gesture, settings.rounds)), settings.steps)
+    card, scores = cross_check(logits_of(net, held), held)
+    print(report({"gesture": scores["gesture"]}))
+    card_before = json.loads(settings.start.with_suffix(".json").read_text(encoding="utf-8"))
     for part in card:
-        card[part] = kept[part] | {"gesture": card[part]["gesture"]}
-    card["trained"] = kept["trained"] | {"flaggers": len(taught), "check_flaggers": len(held)}
+        card[part] = card_before[part] | {"gesture": card[part]["gesture"]}
+    card["trained"] = card_before["trained"] | {"flaggers": len(taught), "check_flaggers": len(held)}
     settings.out.mkdir(parents=True, exist_ok=True)
     return export(net, settings.out, card, held)
 
 
-def fit(head: nn.Sequential, seen: Tensor, gestures: Tensor, steps: int) -> None:
-    """Trains the head.
+def fit(head: nn.Sequential, outputs: Tensor, gestures: Tensor, steps: int) -> None:
+    """Train the head.
 
     Args:
         head: Two linear layers with a ReLU between them.
-        seen: (n, `SEEN`), of `CropNet.seen`.
+        outputs: (n, `TRUNK_WIDTH`), of `CropNet.trunk_outputs`.
         gestures: (n,), indices into `GESTURES`.
         steps: Number of steps.
     """
     counts = torch.bincount(gestures).float()
     weights = counts[gestures] ** -RARE
-    mean, spread = seen.float().mean(dim=0), seen.float().std(dim=0) + LEAST_SPREAD
+    mean, spread = outputs.float().mean(dim=0), outputs.float().std(dim=0) + LEAST_SPREAD
     optimizer = torch.optim.AdamW(head.parameters(), PEAK_RATE, weight_decay=WEIGHT_DECAY)
     for step in range(steps):
         for group in optimizer.param_groups:
             group["lr"] = PEAK_RATE * rate(step / steps, WARM_UP)
         drawn = torch.multinomial(weights, BATCH, replacement=True)
-        told = head((seen[drawn].float() - mean) / spread)
-        loss = functional.cross_entropy(told, gestures[drawn], label_smoothing=SMOOTHED)
+        logits = head((outputs[drawn].float() - mean) / spread)
+        loss = functional.cross_entropy(logits, gestures[drawn], label_smoothing=SMOOTHED)
         optimizer.zero_grad(set_to_none=True)
         loss.backward()  # type: ignore[no-untyped-call]
         optimizer.step()
-    # The head gets its input without this normalisation from now on.
+    # Merge this normalization into the head: from now on its input has none.
     first = head[0]
     assert isinstance(first, nn.Linear)
     with torch.no_grad():
@@ -109,20 +117,20 @@ def fit(head: nn.Sequential, seen: Tensor, gestures: Tensor, steps: int) -> None
         first.bias -= first.weight @ mean
 
 
-def _seen(net: CropNet, crops: Crops) -> Tensor:
-    """What the trunk makes of the crops, augmented at random."""
+def _trunk_outputs(net: CropNet, crops: Crops) -> Tensor:
+    """Return the outputs of the trunk for the crops, augmented at random."""
     found = []
     with torch.no_grad():
         for start in range(0, len(crops), AT_ONCE):
             span = slice(start, start + AT_ONCE)
-            given = (torch.from_numpy(row[span]) for row in (crops.crops, crops.features, crops.lamps))
-            pictures, features, _ = augmented(*given)
-            found.append(net.seen(pictures, features).half())
+            parts = (torch.from_numpy(row[span]) for row in (crops.crops, crops.features, crops.lamps))
+            pictures, features, _ = augmented(*parts)
+            found.append(net.trunk_outputs(pictures, features).half())
     return torch.cat(found)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """The command line."""
+    """Run the command line."""
     parser = argparse.ArgumentParser(description="train the head for gestures of a crop network")
     parser.add_argument("--start", type=Path, required=True, help="the network, such as the shipped crops.onnx")
     parser.add_argument("--data", type=Path, nargs="+", required=True, help="folders of training recordings")
@@ -132,9 +140,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--steps", type=int, default=1500)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="number of reading processes")
-    given = parser.parse_args(arguments)
-    settings = HeadSettings(given.start, given.out, given.rounds, given.steps, given.seed, given.jobs)
-    train(given.data, given.check, settings)
+    options = parser.parse_args(arguments)
+    settings = HeadSettings(options.start, options.out, options.rounds, options.steps, options.seed, options.jobs)
+    train(options.data, options.check, settings)
 
 
 if __name__ == "__main__":

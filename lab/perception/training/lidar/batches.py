@@ -1,4 +1,7 @@
-"""Windows on the device: sweeps merged, augmented, and boxes padded to one size."""
+"""Windows on the device: sweeps merged, augmented, and boxes padded to one size.
+
+The numbers are ours.
+"""
 
 from __future__ import annotations
 
@@ -13,19 +16,24 @@ from stucksolver_perception.lidar.sweeps import CELL_M, CELLS, FLAT_M, LOW_M, MO
 from stucksolver_perception.recording import CENTIMETRE
 
 NO_BOX = -2
-"""The label of padding."""
+"""Label of padding."""
 TURN_RAD = 0.35
-"""Windows are rotated by up to this angle."""
+"""Largest rotation of a window (rad)."""
 SCALE = 0.05
+"""Largest relative change of the scale."""
 SHIFT_M, LIFT_M = 0.3, 0.08
-"""Standard deviations of the horizontal and vertical shift, for another position and suspension height."""
+"""Standard deviations of the horizontal and vertical shift, for another position and suspension height (m)."""
 LEAST_KEPT = 0.7
-"""At least this fraction of the points is kept when points are dropped."""
+"""Least share of the points that stays when points are dropped."""
 RANGE_NOISE_M = 0.02
+"""Standard deviation of the range noise (m)."""
 POSE_NOISE_M, SPEED_NOISE_MPS, TURN_NOISE_RPS = 0.01, 0.05, 0.004
-"""Standard deviations of localisation noise: of each pose, and of the speed and turn rate, which grow with age."""
+"""Standard deviations of localization noise: of each pose (m), and of the speed (m/s) and turn rate (rad/s).
+
+The last two grow with age.
+"""
 FORGET = 0.15
-"""Fraction of windows that lose some of their older sweeps, as right after a start."""
+"""Share of windows that lose some of their older sweeps, as right after a start."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,15 +65,15 @@ class WindowStore:
         padded = np.zeros((len(windows), max(1, most), BOX), np.float32)
         padded[:, :, 3:6] = 1.0
         labels = np.full(padded.shape[:2], NO_BOX, np.int64)
-        for i, (boxes, told) in enumerate(zip(windows.boxes, windows.labels, strict=True)):
-            padded[i, : len(boxes)], labels[i, : len(boxes)] = boxes, told
+        for i, (boxes, window_labels) in enumerate(zip(windows.boxes, windows.labels, strict=True)):
+            padded[i, : len(boxes)], labels[i, : len(boxes)] = boxes, window_labels
         self.boxes, self.labels = torch.from_numpy(padded).to(device), torch.from_numpy(labels).to(device)
 
     def __len__(self) -> int:
         return len(self.history)
 
     def batch(self, which: Tensor, vary: bool) -> WindowBatch:
-        """The windows with these indices (b,), augmented for training if `vary`."""
+        """Return the windows with these indices (b,), augmented for training if `vary`."""
         history = self.history[which]
         if vary:
             history = _forgetful(history)
@@ -76,7 +84,7 @@ class WindowStore:
         return WindowBatch(points, window, boxes, labels)
 
     def _gathered(self, history: Tensor, noisy: bool) -> tuple[Tensor, Tensor]:
-        """What `SweepBuffer.gather` returns for each history (b, sweeps)."""
+        """Return the result of `SweepBuffer.gather` for each history (b, sweeps)."""
         known = history >= 0
         tick = history.clamp(min=0)
         first = self.start[tick]
@@ -86,12 +94,12 @@ class WindowStore:
         slot = torch.repeat_interleave(length.flatten())
         begin = torch.cumsum(length.flatten(), 0) - length.flatten()
         index = torch.arange(len(slot), device=self.device) - begin[slot] + first.flatten()[slot]
-        # Removes flat ground from older sweeps before anything else is computed for them.
+        # Remove flat ground from older sweeps before anything else is computed for them.
         rough = (age <= RECENT_S).flatten()[slot] | _uneven(self.points[index], slot, history.numel())
         index, slot = index[rough], slot[rough]
         window = slot // history.shape[1]
-        kept = _thinned(age.flatten()[slot] > RECENT_S, window, slot, len(history))
-        index, slot, window = index[kept], slot[kept], window[kept]
+        is_kept = _thinned(age.flatten()[slot] > RECENT_S, window, slot, len(history))
+        index, slot, window = index[is_kept], slot[is_kept], window[is_kept]
         xyz = self.points[index].float() / CENTIMETRE
         cos, sin = torch.cos(turn).flatten()[slot], torch.sin(turn).flatten()[slot]
         x = cos * xyz[:, 0] - sin * xyz[:, 1] + dx.flatten()[slot]
@@ -101,7 +109,7 @@ class WindowStore:
 
 
 def _uneven(points: Tensor, slot: Tensor, slots: int) -> Tensor:
-    """`stucksolver_perception.lidar.sweeps.uneven` for points (n, 3; centimetres) of several sweeps."""
+    """Return `stucksolver_perception.lidar.sweeps.uneven` for points (n, 3; centimeters) of several sweeps."""
     place = points[:, :2].float() / CENTIMETRE / torch.tensor(CELL_M, device=points.device)
     place = (torch.floor(place) + CELLS // 2).clamp(0, CELLS - 1).long()
     cell, z = (slot * CELLS + place[:, 0]) * CELLS + place[:, 1], points[:, 2].float()
@@ -114,7 +122,7 @@ def _uneven(points: Tensor, slot: Tensor, slots: int) -> Tensor:
 
 
 def _thinned(old: Tensor, window: Tensor, slot: Tensor, windows: int) -> Tensor:
-    """Which points are kept: older sweeps are subsampled with a fixed step, as in `SweepBuffer`."""
+    """Return which points stay: older sweeps are subsampled with a fixed step, as in `SweepBuffer`."""
     counts = torch.zeros(windows, 2, dtype=torch.int64, device=old.device)
     counts.view(-1).index_add_(0, 2 * window + old.long(), torch.ones_like(window))
     room = (MOST_POINTS - counts[:, 0]).clamp(min=1)
@@ -122,12 +130,12 @@ def _thinned(old: Tensor, window: Tensor, slot: Tensor, windows: int) -> Tensor:
     place = torch.arange(len(slot), device=old.device)
     sizes = torch.bincount(slot)
     place = place - (torch.cumsum(sizes, 0) - sizes)[slot]
-    kept: Tensor = ~old | (place % step[window] == 0)
-    return kept
+    is_kept: Tensor = ~old | (place % step[window] == 0)
+    return is_kept
 
 
 def _motion(pose: Tensor, age: Tensor, noisy: bool) -> tuple[Tensor, Tensor, Tensor]:
-    """Rotation and translation (b, sweeps) that bring each sweep into the frame of the first."""
+    """Return rotation and translation (b, sweeps) that bring each sweep into the frame of the first."""
     yaw, turn = pose[:, :1, 2], pose[:, :, 2] - pose[:, :1, 2]
     dx, dy = pose[:, :, 0] - pose[:, :1, 0], pose[:, :, 1] - pose[:, :1, 1]
     along, across = torch.cos(yaw) * dx + torch.sin(yaw) * dy, torch.cos(yaw) * dy - torch.sin(yaw) * dx
@@ -141,7 +149,7 @@ def _motion(pose: Tensor, age: Tensor, noisy: bool) -> tuple[Tensor, Tensor, Ten
 
 
 def _forgetful(history: Tensor) -> Tensor:
-    """Truncates some histories."""
+    """Truncate some histories."""
     count, most = history.shape
     length = torch.randint(2, most, (count, 1), device=history.device)
     whole = torch.rand(count, 1, device=history.device) >= FORGET
@@ -150,7 +158,7 @@ def _forgetful(history: Tensor) -> Tensor:
 
 
 def varied(points: Tensor, window: Tensor, boxes: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-    """Mirrors, rotates, scales and shifts windows with their boxes, drops points and adds noise."""
+    """Mirror, rotate, scale and shift windows with their boxes, drop points and add noise."""
     count, device = len(boxes), boxes.device
     mirror = (torch.rand(count, device=device) < 0.5).float() * -2.0 + 1.0
     turn = (torch.rand(count, device=device) * 2.0 - 1.0) * TURN_RAD
@@ -158,8 +166,8 @@ def varied(points: Tensor, window: Tensor, boxes: Tensor) -> tuple[Tensor, Tenso
     shift = torch.randn(count, 3, device=device) * torch.tensor([SHIFT_M, SHIFT_M, LIFT_M], device=device)
     share = LEAST_KEPT + (1.0 - LEAST_KEPT) * torch.rand(count, device=device)
     noise = RANGE_NOISE_M * torch.rand(count, device=device)
-    kept = torch.rand(len(points), device=device) < share[window]
-    points, window = points[kept], window[kept]
+    is_kept = torch.rand(len(points), device=device) < share[window]
+    points, window = points[is_kept], window[is_kept]
     cos, sin = torch.cos(turn), torch.sin(turn)
 
     def moved(x: Tensor, y: Tensor, each: Tensor) -> tuple[Tensor, Tensor]:

@@ -20,23 +20,26 @@ from stucksolver_perception.measurements import Floats
 from stucksolver_perception.recording import CENTIMETRE, KINDS, Recorded, Recording, recordings
 
 HISTORY = 10
-"""Sweeps in a window: half a second at 20 Hz."""
+"""Number of sweeps in a window: half a second at 20 Hz."""
 LEAST_HISTORY = 5
-"""Windows with fewer sweeps are not used."""
+"""Number of sweeps below which a window is not used. Ours."""
 EVERY = 2
-"""A window ends at every second tick."""
+"""Number of ticks between the ends of two windows. Ours."""
 GAP_S = 0.075
-"""Ticks with a larger gap between them belong to different stretches."""
+"""Time between two ticks above which they belong to different stretches (s)."""
 IGNORED = -1
-"""Label of bodies that are neither targets nor background: kinds without a label, or with too few returns."""
+"""Label of bodies that are neither targets nor background: without a label, or with too few returns."""
 LEAST_POINTS = 3
-"""Minimum number of returns in the last sweep for a box to become a target."""
+"""Minimum number of returns in the last sweep for a box to become a target. Ours."""
 MARGIN_M, ABOVE_GROUND_M = 0.05, 0.05
-"""Returns belong to a box if they are inside it within this margin, and this far above its bottom."""
+"""Margin around a box within which returns belong to it, and height above its bottom from which they do (m). Ours."""
 OWN_BODY_M = 1.5
-"""A box this close to the ego's reference point is the ego itself."""
+"""Distance from the ego's reference point below which a box is the ego itself (m). Ours."""
 BOX = 10
-"""Fields of a box: centre x, y, z, length, width, height, yaw, velocity x and y (vehicle frame), number of returns."""
+"""Number of fields of a box.
+
+They are center x, y, z, length, width, height, yaw, velocity x and y (vehicle frame), number of returns.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +47,7 @@ class SweepWindows:
     """All sweeps of some recordings and their windows, with one row per tick or per window."""
 
     points: NDArray[np.int16]
-    """(n, 3) centimetres."""
+    """(n, 3) centimeters."""
     intensity: NDArray[np.uint8]
     start: NDArray[np.int64]
     """(ticks + 1,): index in `points` at which the sweep of each tick starts."""
@@ -63,7 +66,7 @@ class SweepWindows:
 
 
 def load(folders: Sequence[Path], jobs: int, most: int | None = None, every: int = EVERY) -> SweepWindows:
-    """Loads every recording in some folders.
+    """Load every recording in some folders.
 
     Args:
         folders: Recordings or folders of recordings.
@@ -84,7 +87,9 @@ def load(folders: Sequence[Path], jobs: int, most: int | None = None, every: int
         parts = [_read(task) for task in tasks]
     parts = [part for part in parts if len(part)]
     if not parts:
-        raise ValueError(f"{', '.join(map(str, folders))}: no stretch there is long enough for a window")
+        raise ValueError(
+            f"no stretch is long enough for a window: {', '.join(map(str, folders))}. Collect longer drives"
+        )
     ticks = np.cumsum([0] + [len(part.time_s) for part in parts])
     points = np.cumsum([0] + [len(part.points) for part in parts])
     pairs = list(zip(parts, ticks.tolist(), points.tolist(), strict=False))
@@ -112,12 +117,12 @@ def _read(task: tuple[Path, int | None, int]) -> SweepWindows:
             run = []
         first = first if run else i
         run = [*run[-HISTORY + 1 :], i]
-        # Counted from the first full history, so that every long enough stretch has a window.
+        # Count from the first full history, so that every long enough stretch has a window.
         if len(run) >= LEAST_HISTORY and (i - first - HISTORY + 1) % every == 0:
             histories.append([*run[::-1], *[-1] * (HISTORY - len(run))])
     if most is not None and len(histories) > most:
         histories = [histories[i] for i in np.linspace(0, len(histories) - 1, most).astype(int)]
-    told = [_truth(ticks, history) for history in histories]
+    truths = [_truth(ticks, history) for history in histories]
     nothing = np.zeros((0, 3), np.int16), np.zeros(0, np.uint8)
     return SweepWindows(
         np.concatenate([nothing[0], *(tick.points for tick in ticks)]),
@@ -126,13 +131,13 @@ def _read(task: tuple[Path, int | None, int]) -> SweepWindows:
         np.array([tick.time_s for tick in ticks]),
         np.array([(*tick.pose[:2], tick.pose[3]) for tick in ticks]).reshape(-1, 3),
         np.array(histories, np.int64).reshape(-1, HISTORY),
-        tuple(boxes for boxes, _ in told),
-        tuple(labels for _, labels in told),
+        tuple(boxes for boxes, _ in truths),
+        tuple(labels for _, labels in truths),
     )
 
 
 class _Tick:
-    """The data kept of one tick."""
+    """Stored data of one tick."""
 
     def __init__(self, tick: Recorded) -> None:
         self.time_s, self.pose = tick.time_s, np.asarray(tick.pose, np.float64)
@@ -149,14 +154,14 @@ class _Tick:
 
 
 def label_of(kind: ObjectKind, length_m: float) -> int:
-    """Index into `LABELS` of a body of this kind and length, or `IGNORED`."""
+    """Return the index into `LABELS` of a body of this kind and length, or `IGNORED`."""
     if kind is ObjectKind.EMERGENCY and length_m > LARGE_EMERGENCY_M:
         kind = ObjectKind.TRUCK
     return LABEL_OF_KIND.get(kind, IGNORED)
 
 
 def _truth(ticks: Sequence[_Tick], history: Sequence[int]) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
-    """Boxes (k, 10) and labels (k,) at the end of a window, within the grid."""
+    """Return boxes (k, 10) and labels (k,) at the end of a window, within the grid."""
     now = ticks[history[0]]
     boxes = vehicle_frame(now.boxes, now.pose)
     x, y = boxes[:, 0], boxes[:, 1]
@@ -172,10 +177,10 @@ def _truth(ticks: Sequence[_Tick], history: Sequence[int]) -> tuple[NDArray[np.f
 
 
 def vehicle_frame(boxes: Floats, pose: Floats) -> Floats:
-    """Ground-truth boxes (k, 9) (see `BOX_COLUMNS`) in the frame of a vehicle at `pose` (see `Recorded.pose`).
+    """Return ground-truth boxes (k, 9) (see `BOX_COLUMNS`) in the frame of a vehicle at `pose` (see `Recorded.pose`).
 
     Returns:
-        (k, 9): middle x, y, z, length, width, height, yaw, velocity x and y; the first nine of `BOX`.
+        (k, 9): center x, y, z, length, width, height, yaw, velocity x and y; the first nine of `BOX`.
     """
     yaw, pitch, roll = pose[3:6]
     cy, sy, cp, sp = math.cos(yaw), math.sin(yaw), math.cos(pitch), math.sin(pitch)
@@ -189,7 +194,7 @@ def vehicle_frame(boxes: Floats, pose: Floats) -> Floats:
 
 
 def returns_in(boxes: Floats, points: NDArray[np.float32]) -> Floats:
-    """Number of points (n, 3) in each box (k, 9; see `BOX`), without the ground below it."""
+    """Return the number of points (n, 3) in each box (k, 9; see `BOX`), without the ground below it."""
     found = np.zeros(len(boxes))
     for i, (x, y, z, length, width, height, yaw) in enumerate(boxes[:, :7].tolist()):
         reach = math.hypot(length, width) / 2 + MARGIN_M
@@ -205,7 +210,7 @@ def returns_in(boxes: Floats, points: NDArray[np.float32]) -> Floats:
 
 
 def _moved(then: _Tick, now: _Tick) -> Any:
-    """Points of one tick in the frame of a later one."""
+    """Return the points of one tick in the frame of a later one."""
     points = then.points.astype(np.float32) / CENTIMETRE
     turn, yaw = then.pose[3] - now.pose[3], now.pose[3]
     dx, dy = then.pose[:2] - now.pose[:2]

@@ -19,14 +19,15 @@ from stucksolver_perception.lidar_labels import LABELS
 from stucksolver_perception.measurements import Detections, Floats
 
 NEAR_M = 2.0
-"""A detection is correct if its centre is this close to a body of its label."""
+"""Distance to a body of its label below which a detection is right (m), as in nuScenes."""
 AROUND_IGNORED_M = 1.0
-"""Detections this close to an ignored body are ignored, too."""
+"""Distance to an ignored body below which a detection is ignored, too (m). Ours."""
 LEAST_SCORE = 0.1
-"""The shipped detector drops detections whose calibrated score is below this."""
+"""Calibrated score below which the shipped detector drops detections. Ours."""
 RAW = Calibration((1.0,) * len(LABELS), (0.0,) * len(LABELS), (0.01,) * len(LABELS))
+"""The identity calibration."""
 PRIOR_STRENGTH = 4.0
-"""Strength of the prior towards the identity calibration, as a number of detections."""
+"""Strength of the prior toward the identity calibration, as a number of detections. Ours."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,13 +37,13 @@ class ScoredDetections:
     score: Floats
     right: NDArray[np.bool_]
     errors: Floats
-    """(correct detections, 5): distance (m), yaw error (rad), velocity error (m/s), volume ratio, true speed (m/s)."""
+    """(right detections, 5): distance (m), yaw error (rad), velocity error (m/s), volume ratio, true speed (m/s)."""
     bodies: int
     """Number of bodies that should have been found."""
 
 
 def predicted(net: PillarNet, store: WindowStore, batch: int = 8) -> list[Detections]:
-    """Detections in each window, with uncalibrated scores."""
+    """Return detections in each window, with uncalibrated scores."""
     net.eval()
     found: list[Detections] = []
     with torch.no_grad():
@@ -51,13 +52,13 @@ def predicted(net: PillarNet, store: WindowStore, batch: int = 8) -> list[Detect
             part = store.batch(which, vary=False)
             heat, box = net(*pillars(part.points, part.window, net.grid), len(which))
             for i in range(len(which)):
-                logit, label, cell, told = (item.cpu().numpy() for item in strongest(heat[i : i + 1], box[i : i + 1]))
-                found.append(decode(logit, label, cell, told, 0.0, RAW, net.grid))
+                logit, label, cell, values = (item.cpu().numpy() for item in strongest(heat[i : i + 1], box[i : i + 1]))
+                found.append(decode(logit, label, cell, values, 0.0, RAW, net.grid))
     return found
 
 
 def judged(found: Sequence[Detections], store: WindowStore) -> list[ScoredDetections]:
-    """Which detections of each label are correct: greedy matching by score, as in nuScenes (Caesar et al. 2020)."""
+    """Return the right detections of each label: greedy matching by score, as in nuScenes (Caesar et al. 2020)."""
     boxes, labels = store.boxes.cpu().numpy().astype(np.float64), store.labels.cpu().numpy()
     return [_judged_label(label, found, boxes, labels) for label in range(len(LABELS))]
 
@@ -100,7 +101,7 @@ def _beside_ignored(middle: Floats, ignored: Floats) -> bool:
 
 
 def average_precision(of: ScoredDetections) -> float:
-    """Area under the precision-recall curve; precision at a recall is the best at that recall or higher."""
+    """Return the area under the precision-recall curve; precision at a recall is the best at that recall or higher."""
     if not of.bodies or not len(of.score):
         return 0.0
     hits = np.cumsum(of.right)
@@ -109,13 +110,13 @@ def average_precision(of: ScoredDetections) -> float:
 
 
 def mean_average_precision(all_labels: Sequence[ScoredDetections]) -> float:
-    """Mean average precision over the labels that have bodies."""
+    """Return the mean average precision over the labels that have bodies."""
     counted = [average_precision(label) for label in all_labels if label.bodies]
     return sum(counted) / max(1, len(counted))
 
 
 def calibrated(all_labels: Sequence[ScoredDetections]) -> Calibration:
-    """Slope and shift that turn a logit into the probability that the detection is correct (Platt 1999)."""
+    """Return slope and shift that turn a logit into the probability that the detection is right (Platt 1999)."""
     fits = [_platt(label.score, label.right) for label in all_labels]
     return Calibration(
         tuple(slope for slope, _ in fits), tuple(shift for _, shift in fits), (LEAST_SCORE,) * len(all_labels)
@@ -123,22 +124,22 @@ def calibrated(all_labels: Sequence[ScoredDetections]) -> Calibration:
 
 
 def _platt(score: Floats, right: NDArray[np.bool_]) -> tuple[float, float]:
-    """Logistic regression on the logit by Newton's method, regularised towards slope 1 and shift 0."""
+    """Return the logistic regression on the logit (Newton's method), regularized toward slope 1 and shift 0."""
     share = np.clip(score, 1e-6, 1.0 - 1e-6)
     inputs = np.stack([np.log(share / (1.0 - share)), np.ones(len(share))], axis=1).reshape(-1, 2)
     prior = np.array([1.0, 0.0])
     fit = prior.copy()
     for _ in range(30):
-        said = 1.0 / (1.0 + np.exp(-np.clip(inputs @ fit, -30, 30)))
-        slope = inputs.T @ (said - right) + PRIOR_STRENGTH * (fit - prior)
-        bend = (inputs * (said * (1.0 - said))[:, None]).T @ inputs + PRIOR_STRENGTH * np.eye(2)
+        predicted_p = 1.0 / (1.0 + np.exp(-np.clip(inputs @ fit, -30, 30)))
+        slope = inputs.T @ (predicted_p - right) + PRIOR_STRENGTH * (fit - prior)
+        bend = (inputs * (predicted_p * (1.0 - predicted_p))[:, None]).T @ inputs + PRIOR_STRENGTH * np.eye(2)
         fit = fit - np.linalg.solve(bend, slope)
     # A negative slope would reverse the order of detections.
     return max(0.1, float(fit[0])), float(fit[1])
 
 
 def report(all_labels: Sequence[ScoredDetections]) -> list[dict[str, float | str]]:
-    """One row per label: AP at 2 m, bodies, and errors of correct detections (medians and 90th percentiles)."""
+    """Return one row per label: AP at 2 m, bodies, and errors of right detections (medians and 90th percentiles)."""
     rows: list[dict[str, float | str]] = []
     for name, label in zip(LABELS, all_labels, strict=True):
         row: dict[str, float | str] = {"label": name, "bodies": label.bodies, "ap": round(average_precision(label), 4)}

@@ -1,4 +1,11 @@
-"""Exports a trained network for shipping: `python -m lab.perception.training.lidar.export --run OUT --check DIR`."""
+"""Exports a trained network for shipping.
+
+```
+python -m lab.perception.training.lidar.export --run OUT --check DIR
+```
+
+The numbers are ours.
+"""
 
 from __future__ import annotations
 
@@ -35,8 +42,9 @@ from stucksolver_perception.lidar.pillars import FEATURES, occupied, pillars
 from stucksolver_perception.lidar_labels import LABELS
 
 OPSET = 18
+"""Version of the ONNX operator set."""
 AVERAGED = "averaged"
-"""Weight of the second of two networks (`lab.perception.training.lidar.average`), in the card of their mean."""
+"""Field in the card of the mean of two networks: the weight of the second (`lab.perception.training.lidar.average`)."""
 INPUTS = ("features", "slot", "occupied")
 OUTPUTS = ("logit", "label", "place", "regressed")
 CLOSE = 1e-2
@@ -44,11 +52,13 @@ CLOSE = 1e-2
 COMPARED = 20
 """Number of windows on which the two are compared."""
 CHECKED_IN_DRIVE = 20
+"""Windows of each recording for the calibration."""
 RANGES_IN_DRIVE = 4
-"""Windows of each recording that are used to set the integer ranges."""
+"""Number of windows of each recording that set the integer ranges."""
 MOST_RANGES = 48
+"""Maximum number of windows that set the integer ranges."""
 MOST_LOST = 0.02
-"""Largest allowed loss of mean AP by quantisation."""
+"""Largest allowed loss of mean AP by quantization."""
 
 
 class ExportError(RuntimeError):
@@ -56,13 +66,13 @@ class ExportError(RuntimeError):
 
 
 def export(run: Path, check: Sequence[Path], to: Path = DATA, ranges: Sequence[Path] = ()) -> dict[str, Any]:
-    """Writes `lidar.onnx` and `card.json`.
+    """Write `lidar.onnx` and `card.json`.
 
     Args:
         run: Output folder of `lab.perception.training.lidar.train`.
         check: Held-out recordings, used to compare the networks and to calibrate the scores.
         to: Output folder.
-        ranges: Recordings that set the integer ranges. If empty, the network is not quantised.
+        ranges: Recordings that set the integer ranges. If empty, the network is not quantized.
 
     Returns:
         The content of the card.
@@ -70,32 +80,32 @@ def export(run: Path, check: Sequence[Path], to: Path = DATA, ranges: Sequence[P
     Raises:
         ExportError: The exported network is not as good as the trained one.
     """
-    kept = torch.load(run / TRAINED, map_location="cpu", weights_only=True)
-    net = PillarNet(tuple(kept["widths"]))
-    net.load_state_dict(kept["weights"])
+    checkpoint = torch.load(run / TRAINED, map_location="cpu", weights_only=True)
+    net = PillarNet(tuple(checkpoint["widths"]))
+    net.load_state_dict(checkpoint["weights"])
     shipped = ExportedPillarNet(net.eval()).eval()
     to.mkdir(parents=True, exist_ok=True)
     file, full = to / WEIGHTS, to / "full.onnx"
     _write(shipped, full)
     store = WindowStore(load(check, 1, most=CHECKED_IN_DRIVE), torch.device("cpu"))
-    told: dict[str, Any] = {"off_by": _difference(shipped, full, store)}
+    card_entry: dict[str, Any] = {"off_by": _difference(shipped, full, store)}
     found = _judged(full, store)
-    told["mean_ap_full"] = mean_average_precision(found)
+    card_entry["mean_ap_full"] = mean_average_precision(found)
     if ranges:
         quantise(full, file, _some(WindowStore(load(ranges, 1, most=RANGES_IN_DRIVE), torch.device("cpu"))))
         full.unlink()
         found = _judged(file, store)
-        lost = told["mean_ap_full"] - mean_average_precision(found)
+        lost = card_entry["mean_ap_full"] - mean_average_precision(found)
         if lost > MOST_LOST:
-            raise ExportError(f"{file}: quantised to integers, the mean AP falls by {lost:.3f}; export without --int8")
+            raise ExportError(f"quantised to integers, the mean AP falls by {lost:.3f}: {file}. Export without --int8")
     else:
         full.replace(file)
-    told |= {"mean_ap": mean_average_precision(found), "check": report(found), "windows": len(store)}
+    card_entry |= {"mean_ap": mean_average_precision(found), "check": report(found), "windows": len(store)}
     card: dict[str, Any] = {"version": VERSION}
     card |= {"sha256": hashlib.sha256(file.read_bytes()).hexdigest(), "labels": LABELS}
-    card |= {"grid": asdict(net.grid), **asdict(calibrated(found)), "int8": bool(ranges), "shipped": told}
+    card |= {"grid": asdict(net.grid), **asdict(calibrated(found)), "int8": bool(ranges), "shipped": card_entry}
     trained = json.loads((run / TRAINING).read_text(encoding="utf-8"))
-    card["trained"] = {"widths": kept["widths"]} | {key: trained[key] for key in FIGURES}
+    card["trained"] = {"widths": checkpoint["widths"]} | {key: trained[key] for key in FIGURES}
     if AVERAGED in trained:
         card["trained"][AVERAGED] = trained[AVERAGED]
     (to / CARD).write_text(json.dumps(card, indent=1) + "\n", encoding="utf-8")
@@ -132,14 +142,14 @@ def _session(file: Path) -> Any:
     import onnxruntime
 
     options = onnxruntime.SessionOptions()
-    options.intra_op_num_threads = 1  # More lose points at random, see `LidarDetector`.
+    options.intra_op_num_threads = 1  # with more threads, points are lost at random, see `LidarDetector`
     return onnxruntime.InferenceSession(str(file), options, providers=["CPUExecutionProvider"])
 
 
 def _judged(file: Path, store: WindowStore) -> list[ScoredDetections]:
     session = _session(file)
     outputs = [session.run(None, _fed(store, i)) for i in range(len(store))]
-    return judged([decode(logit, label, place, told, 0.0, RAW) for logit, label, place, told in outputs], store)
+    return judged([decode(logit, label, place, values, 0.0, RAW) for logit, label, place, values in outputs], store)
 
 
 def _difference(shipped: ExportedPillarNet, file: Path, store: WindowStore) -> float:
@@ -152,12 +162,15 @@ def _difference(shipped: ExportedPillarNet, file: Path, store: WindowStore) -> f
         got = session.run(None, fed)
         worst = max(worst, float(np.abs(expected[0] - got[0]).max()), _box_difference(expected, got))
     if not worst < CLOSE:
-        raise ExportError(f"{file}: the exported network is off by {worst:.2g}, allowed is {CLOSE}")
+        raise ExportError(f"the exported network is off by {worst:.2g}, allowed is {CLOSE}: {file}. Do not ship it")
     return worst
 
 
 def _box_difference(expected: Sequence[Any], got: Sequence[Any]) -> float:
-    """Largest box difference over the stronger half, matched by label and cell: equal logits may come in any order."""
+    """Return the largest box difference over the stronger half, matched by label and cell.
+
+    Equal logits may come in any order.
+    """
     places = {place: i for i, place in enumerate(zip(got[1].tolist(), got[2].tolist(), strict=True))}
     half = list(zip(expected[1].tolist(), expected[2].tolist(), strict=True))[: len(expected[0]) // 2]
     pairs = [(i, places[place]) for i, place in enumerate(half) if place in places]
@@ -168,17 +181,17 @@ def _box_difference(expected: Sequence[Any], got: Sequence[Any]) -> float:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """The command line."""
+    """Run the command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--run", type=Path, required=True, help="output folder of the training")
     parser.add_argument("--check", type=Path, nargs="+", required=True, help="held-out recordings")
     parser.add_argument("--out", type=Path, default=DATA, help="folder for lidar.onnx and card.json")
     parser.add_argument("--int8", type=Path, nargs="+", default=[], help="recordings that set the integer ranges")
-    given = parser.parse_args(arguments)
-    told = export(given.run, given.check, given.out, given.int8)["shipped"]
-    size_mb = (given.out / WEIGHTS).stat().st_size / 1e6
-    print(f"{given.out / WEIGHTS}: {size_mb:.1f} MB, off by at most {told['off_by']:.2g} before quantisation")
-    print(f"mean AP at 2 m {told['mean_ap']:.4f} of {told['mean_ap_full']:.4f} in {told['windows']} windows")
+    options = parser.parse_args(arguments)
+    shipped = export(options.run, options.check, options.out, options.int8)["shipped"]
+    size_mb = (options.out / WEIGHTS).stat().st_size / 1e6
+    print(f"{options.out / WEIGHTS}: {size_mb:.1f} MB, off by at most {shipped['off_by']:.2g} before quantisation")
+    print(f"mean AP at 2 m {shipped['mean_ap']:.4f} of {shipped['mean_ap_full']:.4f} in {shipped['windows']} windows")
 
 
 if __name__ == "__main__":

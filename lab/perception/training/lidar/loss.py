@@ -1,4 +1,7 @@
-"""Training targets and loss: each centre is a Gaussian on its label's heatmap, with the box regressed at its peak."""
+"""Training targets and loss: each center is a Gaussian on its label's heatmap, with the box regressed at its peak.
+
+The numbers are ours.
+"""
 
 from __future__ import annotations
 
@@ -14,13 +17,13 @@ from stucksolver_perception.lidar.grid import GRID, BevGrid
 from stucksolver_perception.lidar_labels import LABELS
 
 HILL = 0.13
-"""Standard deviation of a Gaussian, as a fraction of length plus width."""
+"""Standard deviation of a Gaussian, as a share of length plus width."""
 LEAST_HILL, MOST_HILL = 0.55, 1.7
 """Bounds on the standard deviation (cells)."""
 HILL_REACH = 5
-"""Cells on each side over which a Gaussian is drawn."""
-BESIDE = 0.3
-"""Weight of the cells around the centre cell. They learn the same box, because the peak may be predicted there."""
+"""Number of cells on each side over which a Gaussian is drawn."""
+NEIGHBOR_WEIGHT = 0.3
+"""Weight of the cells around the center cell. They learn the same box, because the peak may be predicted there."""
 SAME_BACKWARDS = ("cone", "barrier", "debris")
 """Labels that look the same from behind: their yaw targets lie between -90 and 90 degrees."""
 YAWLESS = ("cone", "debris")
@@ -28,14 +31,17 @@ YAWLESS = ("cone", "debris")
 WEIGHTS = (1.0, 1.0, 1.0, 0.7, 0.7, 0.7, 0.7, 0.7, 0.6, 0.6)
 """Loss weights of the regressed values."""
 MOVING_MPS, MOVING_WEIGHT = 0.5, 4.0
-"""Most of what a recording shows stands still. The loss is close to an L1 loss, whose optimum is the median, so where
-the network is unsure it would always answer zero. The velocity of bodies faster than this gets a larger weight.
+"""Speed above which the velocity of a body gets a larger weight (m/s), and that weight.
+
+Most bodies in a recording are stationary. The loss is close to an L1 loss, whose optimum is the median. An uncertain
+network would therefore always answer zero.
 """
 BOX_WEIGHT = 1.0
+"""Weight of the box loss."""
 FOCUS, SOFTEN = 2.0, 4.0
 """Exponents of the focal loss (Law and Deng 2018, CornerNet; Zhou et al. 2019, CenterNet)."""
 LEAST_COUNT = 4.0
-"""A label's loss is divided by its count in the batch, but by at least this."""
+"""Least count by which a label's loss is divided; otherwise it is its count in the batch."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,11 +49,11 @@ class Targets:
     """Training targets of b windows."""
 
     heat: Tensor
-    """(b, labels, rows, columns): 1 in the cell of a centre, decreasing around it."""
+    """(b, labels, rows, columns): 1 in the cell of a center, decreasing around it."""
     counted: Tensor
     """(b, 1, rows, columns): 0 on bodies that are neither targets nor background."""
     place: Tensor
-    """(k, 2): window and cell of each regression target, at centres and the cells next to them."""
+    """(k, 2): window and cell of each regression target, at centers and the cells next to them."""
     regressed: Tensor
     """(k, 10)."""
     weight: Tensor
@@ -55,7 +61,7 @@ class Targets:
 
 
 def targets(boxes: Tensor, labels: Tensor, grid: BevGrid = GRID) -> Targets:
-    """Targets from padded boxes (b, most, 10) and labels (b, most)."""
+    """Return targets from padded boxes (b, most, 10) and labels (b, most)."""
     x, y = (boxes[..., 0] - grid.x_min_m) / grid.cell_m, (boxes[..., 1] - grid.y_min_m) / grid.cell_m
     row, column = torch.floor(x).long(), torch.floor(y).long()
     inside = (row >= 0) & (row < grid.rows) & (column >= 0) & (column < grid.columns)
@@ -68,8 +74,8 @@ def targets(boxes: Tensor, labels: Tensor, grid: BevGrid = GRID) -> Targets:
     steps = torch.tensor([(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1)], device=boxes.device)
     rows, columns = row[:, None] + steps[:, 0], column[:, None] + steps[:, 1]
     there = (rows >= 0) & (rows < grid.rows) & (columns >= 0) & (columns < grid.columns)
-    own, beside = torch.nonzero(there, as_tuple=True)
-    rows, columns = rows[own, beside], columns[own, beside]
+    own, neighbors = torch.nonzero(there, as_tuple=True)
+    rows, columns = rows[own, neighbors], columns[own, neighbors]
     regressed = _values(box, label)[own]
     regressed[:, 0], regressed[:, 1] = x[own] - rows - 0.5, y[own] - columns - 0.5
     weight = torch.tensor(WEIGHTS, device=boxes.device).expand(len(own), -1).clone()
@@ -77,12 +83,12 @@ def targets(boxes: Tensor, labels: Tensor, grid: BevGrid = GRID) -> Targets:
     weight[:, 6:8] *= torch.where(yawless, 0.05, 1.0)[:, None]
     moving = torch.linalg.vector_norm(box[own, 7:9], dim=1) > MOVING_MPS
     weight[:, 8:10] *= torch.where(moving, MOVING_WEIGHT, 1.0)[:, None]
-    weight *= torch.where(beside == 4, 1.0, BESIDE)[:, None]
+    weight *= torch.where(neighbors == 4, 1.0, NEIGHBOR_WEIGHT)[:, None]
     return Targets(heat, counted, torch.stack([window[own], rows * grid.columns + columns], 1), regressed, weight)
 
 
 def _values(box: Tensor, label: Tensor) -> Tensor:
-    """(k, 10): regression targets of boxes (k, 10), without the offset from the cell."""
+    """Return (k, 10): regression targets of boxes (k, 10), without the offset from the cell."""
     backwards = torch.tensor([name in SAME_BACKWARDS for name in LABELS], device=box.device)[label]
     sine, cosine = torch.sin(box[:, 6]), torch.cos(box[:, 6])
     sign = torch.where(backwards & (cosine < 0), -1.0, 1.0)
@@ -110,7 +116,7 @@ def _hills(
 
 
 def _counted(boxes: Tensor, ignored: Tensor, grid: BevGrid) -> Tensor:
-    """0 on and around the ignored boxes: their area is sampled and dilated by one cell."""
+    """Return 0 on and around the ignored boxes: their area is sampled and dilated by one cell."""
     window, which = torch.nonzero(ignored, as_tuple=True)
     box = boxes[window, which]
     along = torch.linspace(-0.5, 0.5, 33, device=boxes.device)
@@ -128,7 +134,7 @@ def _counted(boxes: Tensor, ignored: Tensor, grid: BevGrid) -> Tensor:
 
 
 def losses(heat: Tensor, box: Tensor, aim: Targets) -> tuple[Tensor, Tensor]:
-    """The heatmap loss and the box loss, one scalar each."""
+    """Return the heatmap loss and the box loss, one scalar each."""
     heat, box = heat.float(), box.float()
     share = torch.sigmoid(heat).clamp(1e-5, 1.0 - 1e-5)
     top = aim.heat > 0.999
@@ -136,6 +142,6 @@ def losses(heat: Tensor, box: Tensor, aim: Targets) -> tuple[Tensor, Tensor]:
     missed = -torch.log1p(-share) * share**FOCUS * (1.0 - aim.heat) ** SOFTEN * ~top * aim.counted
     count = top.sum(dim=(0, 2, 3)).float()
     maps = ((hit + missed).sum(dim=(0, 2, 3)) / count.clamp(min=LEAST_COUNT)).sum()
-    said = box.flatten(2).transpose(1, 2)[aim.place[:, 0], aim.place[:, 1]]
-    wrong = functional.smooth_l1_loss(said, aim.regressed, reduction="none", beta=0.05) * aim.weight
+    predicted = box.flatten(2).transpose(1, 2)[aim.place[:, 0], aim.place[:, 1]]
+    wrong = functional.smooth_l1_loss(predicted, aim.regressed, reduction="none", beta=0.05) * aim.weight
     return maps, BOX_WEIGHT * wrong.sum() / aim.weight[:, 0].sum().clamp(min=1.0)

@@ -1,7 +1,7 @@
-"""The network: points to pillars, pillars to a bird's-eye view, bird's-eye view to object centres and boxes.
+"""The network: points to pillars, pillars to a bird's-eye view, bird's-eye view to object centers and boxes.
 
-CenterPoint (Yin, Zhou, Krähenbühl 2021) on PointPillars (Lang et al. 2019), made small enough for two CPU cores:
-it has one head for all labels, and joins the four pillars of a coarse cell before the first convolution.
+CenterPoint (Yin, Zhou, Krähenbühl 2021) on PointPillars (Lang et al. 2019), made small enough for two CPU cores: it has
+one head for all labels, and joins the four pillars of a coarse cell before the first convolution.
 """
 
 from __future__ import annotations
@@ -21,20 +21,25 @@ from stucksolver_perception.lidar.pillars import FEATURES
 from stucksolver_perception.lidar_labels import LABELS
 
 WIDTHS = (32, 64, 96)
-"""Channels at cells of 0.64, 1.28 and 2.56 m; multiples of 16, the block size onnxruntime computes in."""
+"""Channels at cells of 0.64, 1.28 and 2.56 m. Ours; multiples of 16, the block size of onnxruntime."""
 PILLAR_WIDTH = 24
+"""Number of features of a pillar. Ours."""
 HEAD_WIDTH = 32
+"""Channels of the head. Ours."""
 PRIOR_LOGIT = -4.6
-"""Before training every cell predicts 1 %, so that the many empty cells do not dominate the first steps
-(Lin et al. 2017)."""
+"""Initial logit of the heat.
+
+Every cell predicts 1 % before training, so that the many empty cells do not dominate the first steps (Lin et al. 2017).
+"""
 STRONGEST = 200
-"""Number of cells that the network outputs."""
+"""Number of cells that the network outputs. Ours."""
 
 
 class _Scatter(torch.autograd.Function):  # type: ignore[misc]
-    """Scatters rows (n, width) to their places (n,) in `base`, keeping the maximum.
+    """Scatters rows (n, width) to their positions (n,) in `base` with the maximum of rows at one position.
 
-    Exported as ONNX's ScatterND, which onnxruntime runs ten times faster than the ScatterElements that torch exports.
+    It is exported as ONNX's ScatterND, which onnxruntime runs ten times faster than the ScatterElements that
+    torch exports.
     """
 
     @staticmethod
@@ -79,26 +84,26 @@ class PillarNet(nn.Module):
         nn.init.constant_(self.heat.bias, PRIOR_LOGIT)
 
     def forward(self, features: Tensor, cell: Tensor, windows: int) -> tuple[Tensor, Tensor]:
-        """Logits and regressed values from point features (n, 8) and pillar indices (n,).
+        """Return logits and regressed values from point features (n, 8) and pillar indices (n,).
 
         See `lab.perception.training.lidar.pillars`.
         """
-        # Coordinates need more precision than bfloat16; with autocast, only the convolutions use it.
+        # Coordinates require more precision than bfloat16. With autocast, only the convolutions use it.
         with torch.autocast(features.device.type, enabled=False):
-            seen = self.point(features)
-            pillars = seen.new_zeros(windows * self.grid.pillars, PILLAR_WIDTH)
-            pillars = pillars.scatter_reduce(0, cell[:, None].expand_as(seen), seen, "amax")
+            hidden = self.point(features)
+            pillars = hidden.new_zeros(windows * self.grid.pillars, PILLAR_WIDTH)
+            pillars = pillars.scatter_reduce(0, cell[:, None].expand_as(hidden), hidden, "amax")
             cells = self.join(pillars.reshape(windows * self.grid.cells, 4 * PILLAR_WIDTH))
         return self.maps(cells, windows)
 
     def maps(self, cells: Tensor, windows: int) -> tuple[Tensor, Tensor]:
-        """Logits and regressed values from coarse cells (windows * cells, width)."""
+        """Return logits and regressed values from coarse cells (windows * cells, width)."""
         x = cells.reshape(windows, self.grid.rows, self.grid.columns, self.widths[0]).permute(0, 3, 1, 2)
         x1 = self.first(x)
         x2 = self.second(x1)
         x2 = self.mix(functional.relu(x2 + self.third_up(self.third(x2))))
-        seen = self.head(functional.relu(x1 + self.second_up(x2)))
-        return self.heat(seen), self.box(seen)
+        hidden = self.head(functional.relu(x1 + self.second_up(x2)))
+        return self.heat(hidden), self.box(hidden)
 
 
 class ExportedPillarNet(nn.Module):
@@ -109,7 +114,7 @@ class ExportedPillarNet(nn.Module):
         self.net = net
 
     def forward(self, features: Tensor, slot: Tensor, occupied: Tensor) -> tuple[Tensor, Tensor, Tensor, Tensor]:
-        """Logit (k,), label (k,), coarse cell (k,) and regressed values (k, 10) of the strongest cells.
+        """Return logit (k,), label (k,), coarse cell (k,) and regressed values (k, 10) of the strongest cells.
 
         Args:
             features: (n, 8), point features.
@@ -117,17 +122,17 @@ class ExportedPillarNet(nn.Module):
             occupied: (m,), indices of these cells.
         """
         net = self.net
-        seen = net.point(features)
+        hidden = net.point(features)
         # Empty pillars are derived from the input: a constant would be written to the file as 10 MB of zeros.
-        empty = torch.zeros_like(occupied, dtype=seen.dtype)[:, None].expand(-1, 4 * PILLAR_WIDTH)
-        pillars = _Scatter.apply(seen, slot, empty.reshape(-1, PILLAR_WIDTH))
+        empty = torch.zeros_like(occupied, dtype=hidden.dtype)[:, None].expand(-1, 4 * PILLAR_WIDTH)
+        pillars = _Scatter.apply(hidden, slot, empty.reshape(-1, PILLAR_WIDTH))
         cells = net.join(pillars.reshape(-1, 4 * PILLAR_WIDTH))
-        nothing = torch.zeros_like(occupied[:1], dtype=seen.dtype)[:, None].expand(net.grid.cells, net.widths[0])
+        nothing = torch.zeros_like(occupied[:1], dtype=hidden.dtype)[:, None].expand(net.grid.cells, net.widths[0])
         return strongest(*net.maps(_Scatter.apply(cells, occupied, nothing), 1))
 
 
 def strongest(heat: Tensor, box: Tensor) -> tuple[Tensor, Tensor, Tensor, Tensor]:
-    """The `STRONGEST` highest local maxima of one window (1, ...)."""
+    """Return the `STRONGEST` highest local maxima of one window (1, ...)."""
     around = functional.max_pool2d(heat, 3, 1, 1)
     peaks = torch.where(heat == around, heat, torch.full_like(heat, -20.0)).flatten()
     logit, index = torch.topk(peaks, STRONGEST)
@@ -138,7 +143,7 @@ def strongest(heat: Tensor, box: Tensor) -> tuple[Tensor, Tensor, Tensor, Tensor
 
 
 def restore(file: Path) -> PillarNet:
-    """Return the network of an exported file; its batch normalisations change nothing but add the merged bias.
+    """Return the network of an exported file. Its batch normalizations only add the merged bias.
 
     Raises:
         RestoreError: The file cannot be read, or holds another network.

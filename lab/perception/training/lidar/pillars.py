@@ -1,4 +1,4 @@
-"""`stucksolver_perception.lidar.pillars` in torch, for a batch of windows."""
+"""The pillars of `stucksolver_perception.lidar.pillars` in torch, for a batch of windows."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from stucksolver_perception.lidar.pillars import FAR_M, OLD_S, TALL_M
 
 
 def pillars(points: Tensor, window: Tensor, grid: BevGrid = GRID) -> tuple[Tensor, Tensor]:
-    """Features (m, 8) and pillar indices (m,) of points (n, 5) in several windows.
+    """Return features (m, 8) and pillar indices (m,) of points (n, 5) in several windows.
 
     Pillar indices of window w start at w * `grid.pillars`.
     """
     x, y, z = points[:, 0], points[:, 1], points[:, 2]
     side = torch.tensor(grid.pillar_m, dtype=points.dtype, device=points.device)
     column_x, column_y = torch.floor((x - grid.x_min_m) / side), torch.floor((y - grid.y_min_m) / side)
-    kept = (column_x >= 0) & (column_x < 2 * grid.rows) & (column_y >= 0) & (column_y < 2 * grid.columns)
-    kept &= (z >= grid.z_min_m) & (z < grid.z_max_m)
-    kept &= (x.abs() > EGO_HALF_LENGTH_M) | (y.abs() > EGO_HALF_WIDTH_M)
-    points, window, column_x, column_y = points[kept], window[kept], column_x[kept], column_y[kept]
+    is_kept = (column_x >= 0) & (column_x < 2 * grid.rows) & (column_y >= 0) & (column_y < 2 * grid.columns)
+    is_kept &= (z >= grid.z_min_m) & (z < grid.z_max_m)
+    is_kept &= (x.abs() > EGO_HALF_LENGTH_M) | (y.abs() > EGO_HALF_WIDTH_M)
+    points, window, column_x, column_y = points[is_kept], window[is_kept], column_x[is_kept], column_y[is_kept]
     x, y = points[:, 0], points[:, 1]
     features = torch.stack(
         [

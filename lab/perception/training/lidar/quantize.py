@@ -1,4 +1,4 @@
-"""Quantises the network's convolutions to 8-bit integers: a third of the time on CPUs with VNNI, half the file size."""
+"""Quantizes the network's convolutions to 8-bit integers: a third of the time on CPUs with VNNI, half the file size."""
 
 from __future__ import annotations
 
@@ -13,11 +13,13 @@ QUANTISED = ["Conv", "ConvTranspose", "Relu", "Add"]
 
 
 def quantise(file: Path, to: Path, inputs: Iterator[dict[str, Any]]) -> None:
-    """Post-training static quantisation, per channel, with onnxruntime's tools (Jacob et al. 2018).
+    """Quantize a network: static quantization after training, per channel, with onnxruntime's tools (Jacob et al.
+
+    2018).
 
     Args:
         file: The exported network.
-        to: Path of the quantised network.
+        to: Path of the quantized network.
         inputs: Network inputs of typical windows; their extremes set the integer ranges.
     """
     from onnxruntime.quantization import CalibrationDataReader, QuantFormat, QuantType, quantize_static
@@ -29,7 +31,7 @@ def quantise(file: Path, to: Path, inputs: Iterator[dict[str, Any]]) -> None:
 
     logging.getLogger().setLevel(logging.ERROR)
     plain = to.with_suffix(".plain.onnx")
-    # Fuses batch normalisations into their convolutions before quantisation.
+    # Merge batch normalizations into their convolutions before quantization.
     quant_pre_process(str(file), str(plain), skip_symbolic_shape=True)
     quantize_static(
         str(plain),

@@ -1,6 +1,10 @@
-"""Trains the LiDAR detector:
+"""Trains the LiDAR detector.
 
-`python -m lab.perception.training.lidar.train --data DIR --check DIR --out OUT --minutes 8`.
+```
+python -m lab.perception.training.lidar.train --data DIR --check DIR --out OUT --minutes 8
+```
+
+The numbers are ours.
 """
 
 from __future__ import annotations
@@ -30,23 +34,27 @@ from lab.training.schedule import average
 from stucksolver_perception.lidar_labels import LABELS
 
 WARM_UP = 0.1
-"""Fraction of the time in which the learning rate rises (one cycle; Smith and Topin 2018)."""
+"""Share of the time in which the learning rate rises (one cycle; Smith and Topin 2018)."""
 LEAST_RATE = 0.01
-"""Learning rate at both ends, as a fraction of the highest."""
+"""Learning rate at both ends, as a share of the highest."""
 WEIGHT_DECAY = 0.01
+"""Weight decay."""
 MOST_GRADIENT = 10.0
+"""Largest norm of the gradient."""
 EMA_DECAY = 0.999
+"""Decay of the moving average of the weights, per step."""
 SAY_EVERY_S = 5.0
+"""Time between two reports (s)."""
 RARE_MOST = 4.0
-"""A window with rare labels is drawn at most this many times as often as one without."""
+"""Largest ratio of the drawing frequencies of windows with rare labels and of those without."""
 CHECKED_IN_DRIVE = 40
-"""Windows of each recording that are used in the check."""
+"""Number of windows of each recording that are used in the check."""
 SETTLED_ON = 32
-"""Windows on which a network that was restored from an export gets the statistics of its batch normalisations."""
+"""Number of windows on which a restored network gets the statistics of its batch normalizations."""
 WEIGHTS = "lidar.pt"
-CARD = "lab.language.json"
+CARD = "training.json"
 FIGURES = ("windows", "steps", "minutes", "seed", "mean_ap")
-"""Figures of a training that the export copies to the shipped card."""
+"""Fields of a training that the export copies to the shipped card."""
 
 
 @dataclass(frozen=True)
@@ -57,23 +65,30 @@ class Options:
     check: tuple[Path, ...]
     out: Path
     minutes: float = 8.0
-    """Duration of training alone, without reading and checking."""
+    """Duration of training alone, without reading and checking (min)."""
     steps: int | None = None
-    """Stop after this many steps at the latest."""
+    """Maximum number of steps."""
     seed: int = 0
+    """Seed of the training."""
     batch: int = 16
+    """Number of windows per step."""
     rate: float = 2e-3
+    """Highest learning rate."""
     every: int = EVERY
     widths: tuple[int, int, int] = WIDTHS
     start: Path | None = None
-    """A `lidar.pt` or exported `lidar.onnx` of the same widths to continue from; None starts with random weights."""
+    """A `lidar.pt` or exported `lidar.onnx` of the same widths to continue from.
+
+    None starts with random weights.
+    """
     jobs: int = os.cpu_count() or 1
+    """Number of reading processes."""
     device: str = ""
-    """If empty, a GPU if there is one."""
+    """Name of the device; if empty, a GPU if there is one."""
 
 
 def train(options: Options) -> list[dict[str, float | str]]:
-    """Trains, checks, and writes `lidar.pt` and `lab.language.json` to the folder `options.out`.
+    """Train and check a network, and write `lidar.pt` and `training.json` to the folder `options.out`.
 
     Returns:
         One row for each label, see `lab.perception.training.lidar.evaluate.report`.
@@ -84,7 +99,7 @@ def train(options: Options) -> list[dict[str, float | str]]:
         ValueError: The recordings hold no window.
     """
     began = time.monotonic()
-    # Must be read before the GPU is initialised, because the reading processes are forked.
+    # Read before the GPU is initialized, because the reading processes are forked.
     windows = load(options.data, options.jobs, every=options.every)
     held_out = load(options.check, options.jobs, most=CHECKED_IN_DRIVE)
     _say(f"read {len(windows)} windows and {len(held_out)} for checking in {time.monotonic() - began:.0f} s")
@@ -98,7 +113,7 @@ def train(options: Options) -> list[dict[str, float | str]]:
         _continue(net, options.start, store)
     _say(f"{sum(parameter.numel() for parameter in net.parameters()) / 1e6:.2f} million weights on {device}")
     averaged, steps = _fit(net, store, torch.from_numpy(drawn_how_often(windows)).to(device), options)
-    # Written before the check, which takes long and might be interrupted.
+    # Write before the check, which takes long and might be interrupted.
     options.out.mkdir(parents=True, exist_ok=True)
     weights = {name: value.cpu() for name, value in averaged.state_dict().items()}
     torch.save({"weights": weights, "widths": options.widths}, options.out / WEIGHTS)
@@ -111,13 +126,13 @@ def train(options: Options) -> list[dict[str, float | str]]:
     }
     _write(card, options.out)
     del store
-    told = judged(found := predicted(averaged, held := WindowStore(held_out, device)), held)
-    rows = report(told)
+    scored = judged(found := predicted(averaged, held := WindowStore(held_out, device)), held)
+    rows = report(scored)
     for row in rows:
         _say("  ".join(f"{key} {value}" for key, value in row.items()))
-    mean = mean_average_precision(told)
+    mean = mean_average_precision(scored)
     _say(f"mean AP at 2 m {mean:.4f} in {len(found)} windows after {steps} steps, {time.monotonic() - began:.0f} s")
-    card |= {"labels": LABELS, "calibration": asdict(calibrated(told)), "mean_ap": mean, "check": rows}
+    card |= {"labels": LABELS, "calibration": asdict(calibrated(scored)), "mean_ap": mean, "check": rows}
     _write(card | {"checked": len(found)}, options.out)
     return rows
 
@@ -125,8 +140,8 @@ def train(options: Options) -> list[dict[str, float | str]]:
 def _continue(net: PillarNet, start: Path, store: WindowStore) -> None:
     """Give the network the weights of an earlier training."""
     if start.suffix != ".onnx":
-        kept = torch.load(start, map_location=store.device, weights_only=True)["weights"]
-        net.load_state_dict(kept)
+        weights = torch.load(start, map_location=store.device, weights_only=True)["weights"]
+        net.load_state_dict(weights)
         return
     net.load_state_dict(restore(start).state_dict())
     some = torch.linspace(0, len(store) - 1, min(SETTLED_ON, len(store)), device=store.device).long()
@@ -135,14 +150,14 @@ def _continue(net: PillarNet, start: Path, store: WindowStore) -> None:
 
 
 def drawn_how_often(windows: SweepWindows) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
-    """(windows,): sampling weights, higher for windows with rare labels."""
+    """Return (windows,): sampling weights, higher for windows with rare labels."""
     shown = np.array([[(labels == label).any() for label in range(len(LABELS))] for labels in windows.labels])
     rarity = np.sqrt(1.0 / np.maximum(shown.mean(axis=0), 1e-3))
     return np.asarray(np.clip((shown * rarity).max(axis=1), 1.0, RARE_MOST))
 
 
 def _fit(net: PillarNet, store: WindowStore, how_often: Tensor, options: Options) -> tuple[PillarNet, int]:
-    """The network with weights averaged over the steps, and the number of steps."""
+    """Return the network with weights averaged over the steps, and the number of steps."""
     device = store.device
     decayed = [parameter for parameter in net.parameters() if parameter.ndim > 1]
     rest = [parameter for parameter in net.parameters() if parameter.ndim <= 1]
@@ -151,7 +166,7 @@ def _fit(net: PillarNet, store: WindowStore, how_often: Tensor, options: Options
     averaged = PillarNet(options.widths).to(device)
     averaged.load_state_dict(net.state_dict())
     net.train()
-    began = said = time.monotonic()
+    began = reported_s = time.monotonic()
     running = torch.zeros(2, device=device)
     step, since = 0, 0
     while True:
@@ -167,29 +182,29 @@ def _fit(net: PillarNet, store: WindowStore, how_often: Tensor, options: Options
         maps, boxes = losses(heat, box, targets(batch.boxes, batch.labels))
         optimiser.zero_grad(set_to_none=True)
         (maps + boxes).backward()
-        # A non-finite step would destroy the weights.
+        # Skip a non-finite step, which would destroy the weights.
         if torch.isfinite(nn.utils.clip_grad_norm_(net.parameters(), MOST_GRADIENT)):
             optimiser.step()
         step, since = step + 1, since + 1
         average(averaged, net, min(EMA_DECAY, step / (step + 9.0)))
         running += torch.stack([maps.detach(), boxes.detach()])
-        if time.monotonic() - said > SAY_EVERY_S:
+        if time.monotonic() - reported_s > SAY_EVERY_S:
             maps_mean, boxes_mean = (running / since).tolist()
-            took = (time.monotonic() - said) / since
+            took = (time.monotonic() - reported_s) / since
             _say(f"step {step}  {100 * share:.0f} %  maps {maps_mean:.4f}  boxes {boxes_mean:.4f}  {took * 1e3:.0f} ms")
-            said, since = time.monotonic(), 0
+            reported_s, since = time.monotonic(), 0
             running.zero_()
     return averaged, step
 
 
 def _share(began: float, step: int, options: Options) -> float:
-    """Fraction of the training that is done, 0 to 1."""
+    """Return the finished share of the training, 0 to 1."""
     by_time = (time.monotonic() - began) / (60.0 * options.minutes)
     return max(by_time, step / options.steps) if options.steps else by_time
 
 
 def one_cycle(share: float) -> float:
-    """Learning rate as a fraction of the highest: rises linearly, then falls as a cosine."""
+    """Return the learning rate as a share of the highest: it rises linearly, then falls as a cosine."""
     if share < WARM_UP:
         return LEAST_RATE + (1.0 - LEAST_RATE) * share / WARM_UP
     down = (share - WARM_UP) / (1.0 - WARM_UP)
@@ -205,11 +220,11 @@ def _say(line: str) -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """The command line."""
+    """Run the command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--data", type=Path, nargs="+", required=True, help="training recordings")
     parser.add_argument("--check", type=Path, nargs="+", required=True, help="held-out recordings")
-    parser.add_argument("--out", type=Path, required=True, help="folder for lidar.pt and lab.language.json")
+    parser.add_argument("--out", type=Path, required=True, help="folder for lidar.pt and training.json")
     parser.add_argument("--minutes", type=float, default=Options.minutes, help="duration of training alone")
     parser.add_argument("--steps", type=int, help="stop after this many steps at the latest")
     parser.add_argument("--seed", type=int, default=Options.seed)
@@ -220,10 +235,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--start", type=Path, help="lidar.pt or lidar.onnx to continue from")
     parser.add_argument("--jobs", type=int, default=Options.jobs, help="number of reading processes")
     parser.add_argument("--device", default=Options.device)
-    given = vars(parser.parse_args(arguments))
+    options = vars(parser.parse_args(arguments))
     for name in ("data", "check", "widths"):
-        given[name] = tuple(given[name])
-    train(Options(**given))
+        options[name] = tuple(options[name])
+    train(Options(**options))
 
 
 if __name__ == "__main__":

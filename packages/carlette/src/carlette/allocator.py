@@ -1,8 +1,8 @@
-"""Prevents the C library from holding on to unused memory.
+"""Prevents the C library from retaining unused memory.
 
 One thread builds a town's scenery, another draws it, a third scans it, and it is freed when the next town is loaded. By
-default glibc lets each thread free into its own arena and returns only the end of an arena. So a server that loaded one
-town after another grew by 5 MB each time without using more. With other C libraries nothing is done.
+default each thread of glibc frees into its own arena, and only the end of an arena is returned. So a server that loaded
+one town after another grew by 5 MB each time without using more. With other C libraries this module does nothing.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ _ARENA_MAX = -8
 
 
 def use_single_arena() -> None:
-    """Let all threads reuse the memory that any of them frees; called before there are threads."""
+    """Let all threads reuse the memory that any of them frees. Call this before other threads start."""
     mallopt = getattr(_libc(), "mallopt", None)
     if mallopt is not None:
         mallopt(_ARENA_MAX, 1)
 
 
 def release_memory() -> None:
-    """Return free pages to the system; takes milliseconds, so call it after work that takes longer."""
+    """Return free pages to the system. This takes milliseconds, so call it after longer work."""
     trim = getattr(_libc(), "malloc_trim", None)
     if trim is not None:
         trim(0)

@@ -35,15 +35,15 @@ def write_carla_root(folder: Path, map_folders: Sequence[Path], version: str) ->
     """Write the folder and return the names of its towns.
 
     Raises:
-        UsageError: There is no town, or the folder cannot be written.
+        StartupError: There is no town, or the folder cannot be written.
     """
     towns = {name: path for name, path in available_towns(map_folders).items() if _is_map(path)}
     if not towns:
-        raise StartupError("no town was found; name folders with .xodr files in --maps or STUCKSOLVER_MAPS")
+        raise StartupError("no town found. Name folders with .xodr files in --maps or STUCKSOLVER_MAPS")
     try:
         _write(folder, towns, version)
     except OSError as error:
-        raise StartupError(f"cannot write {folder}: {error.strerror}; name a writable folder") from error
+        raise StartupError(f"cannot write folder: {folder}: {error.strerror}. Name a writable folder") from error
     return sorted(towns)
 
 
@@ -69,5 +69,6 @@ def _is_map(path: Path) -> bool:
     try:
         load_map(path)
     except MapError:
+        # Files that are no maps are ignored.
         return False
     return True

@@ -26,7 +26,7 @@ LOOPBACK = ("127.0.0.1", "localhost", "::1")
 EXIT_USAGE = 2
 LAST_PORT = 65534
 NEEDED = ("carla", "msgpack", "numba", "shapely")
-"""Modules that every map needs. Cameras need the extra `camera`, and report it if it is missing."""
+"""Modules that every map needs. Cameras need the extra `camera`, and report if it is missing."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -39,13 +39,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
             _require_packages()
         return _serve(options) if options.as_carla_root is None else _write_root(options)
     except StartupError as error:
+        # The user gets one line instead of a traceback.
         print(f"carlette: error: {error}", file=sys.stderr)
         return EXIT_USAGE
 
 
 class _Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
-        """End with one line; the help has the rest."""
+        """End with one line. The help contains the rest."""
         self.exit(EXIT_USAGE, f"carlette: error: {message}; see `carlette --help`\n")
 
 
@@ -55,7 +56,10 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"%(prog)s {_version()}")
     parser.add_argument(
-        "--port", type=_port, default=DEFAULT_PORT, help="request port; the next one streams; 0 = any (default: 2000)"
+        "--port",
+        type=_port,
+        default=DEFAULT_PORT,
+        help="request port; the next one is for streaming; 0 = any (default: 2000)",
     )
     parser.add_argument(
         "--map", default=DEFAULT_MAP, metavar="TOWN_OR_FILE", help="town's name or .xodr file (default: demo_town)"
@@ -102,34 +106,36 @@ def _parser() -> argparse.ArgumentParser:
 
 def _port(text: str) -> int:
     if not text.isdecimal() or int(text) > LAST_PORT:
-        raise argparse.ArgumentTypeError(f"'{text}' is not a port; give a number from 0 to {LAST_PORT}")
+        raise argparse.ArgumentTypeError(f"not a port: '{text}'. Give a number from 0 to {LAST_PORT}")
     return int(text)
 
 
 def _version() -> str:
-    """Version of the distribution."""
+    """Return the version of the distribution."""
     try:
         return importlib.metadata.version("carlette")
     except importlib.metadata.PackageNotFoundError:
+        # A source tree that is not installed has no version.
         return "0 (not installed)"
 
 
 def _require_python() -> None:
     if not (3, 10) <= sys.version_info[:2] <= (3, 12):
         found = ".".join(map(str, sys.version_info[:2]))
-        raise StartupError(f"Python {found} has no wheel of the 'carla' package; run carlette with Python 3.10-3.12")
+        raise StartupError(f"no wheel of the 'carla' package for Python {found}. Run carlette with Python 3.10-3.12")
 
 
 def _require_packages() -> None:
     missing = [name for name in NEEDED if not _is_there(name)]
     if missing:
-        raise StartupError(f"not installed: {', '.join(missing)}; pip install {' '.join(missing)}")
+        raise StartupError(f"not installed: {', '.join(missing)}. Run pip install {' '.join(missing)}")
 
 
 def _is_there(module: str) -> bool:
     try:
         return importlib.util.find_spec(module) is not None
     except ModuleNotFoundError:
+        # A parent package of the module is missing.
         return False
 
 
@@ -144,7 +150,7 @@ def _write_root(options: argparse.Namespace) -> int:
 
 
 def _serve(options: argparse.Namespace) -> int:
-    # Imported here, so that a missing package is reported in one line and `--help` is fast.
+    # The imports are late, so that a missing package is reported in one line and `--help` is fast.
     from carlette.allocator import use_single_arena
     from carlette.server import Server
 
@@ -156,7 +162,7 @@ def _serve(options: argparse.Namespace) -> int:
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: server.stop())
     if options.host not in LOOPBACK:
-        warning = "anyone who can connect controls this server: the protocol has no authentication"
+        warning = "every client that can connect controls this server: the protocol has no authentication"
         print(f"carlette: warning: listening on {options.host}; {warning}", file=sys.stderr)
     print(f"carlette: listening on {options.host}:{server.port} map={simulator.world.roads.file.name}", flush=True)
     server.serve(_watchdog(options))
@@ -170,7 +176,7 @@ def _simulator(options: argparse.Namespace) -> Simulator:
     from carlette.world.settings import EpisodeSettings
 
     folders = map_folders([item for many in options.maps for item in many.split(os.pathsep)])
-    # Nobody else holds the first map: it is freed with its episode.
+    # Only the simulator refers to the first map, so that it is freed with its episode.
     roads = RoadNetwork(find_map(options.map, folders))
     simulator = Simulator(roads, VERSIONS[options.client_version], folders, options.seed, options.recordings)
     simulator.world.settings = EpisodeSettings(synchronous=options.synchronous)
@@ -178,7 +184,7 @@ def _simulator(options: argparse.Namespace) -> Simulator:
 
 
 def _watchdog(options: argparse.Namespace) -> Callable[[], bool]:
-    """Return a function that says whether those for whom the server runs are still there."""
+    """Return a callable that is true while the parent process and standard input exist."""
 
     def alive() -> bool:
         if options.parent_pid is not None and not _exists(options.parent_pid):
@@ -189,14 +195,16 @@ def _watchdog(options: argparse.Namespace) -> Callable[[], bool]:
 
 
 def _exists(pid: int) -> bool:
-    # A dead parent may stay as a zombie or its number may be reused, but its child is adopted by another process.
+    # A dead parent may stay as a zombie, or its number may be reused, but its child is adopted by another process.
     if os.getppid() == pid:
         return True
     try:
         os.kill(pid, 0)
     except ProcessLookupError:
+        # The process has ended.
         return False
     except PermissionError:
+        # The process exists and belongs to another user.
         return True
     return not _is_zombie(pid)
 
@@ -206,6 +214,7 @@ def _is_zombie(pid: int) -> bool:
         with open(f"/proc/{pid}/stat", encoding="utf-8", errors="replace") as stat:
             return stat.read().rpartition(")")[2].split()[0] == "Z"
     except OSError:
+        # The process has ended, so it is no zombie.
         return False
 
 
@@ -214,4 +223,5 @@ def _stdin_closed() -> bool:
         ready, _, _ = select.select([sys.stdin.fileno()], [], [], 0.0)
         return bool(ready) and not os.read(sys.stdin.fileno(), 4096)
     except (OSError, ValueError):
+        # A closed or invalid descriptor counts as closed.
         return True

@@ -1,6 +1,6 @@
-"""The differences between the client versions that carlette serves.
+"""The differences between the supported client versions.
 
-The protocol cannot ask a client for its version, so the server is told it at startup.
+The protocol cannot query a client's version, so the server gets it at its start.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class ClientVersion:
-    """Numbers of the wire format that changed from one client to the next."""
+    """Numbers of the wire format that changed between client versions."""
 
     name: str
     snapshot_sensor_type: int

@@ -1,8 +1,8 @@
-"""The errors of carlette. Each says what is wrong, where, and what to do."""
+"""The errors of carlette. Each states the problem, its position and the remedy."""
 
 
 class CarletteError(Exception):
-    """Base of every error that carlette raises on purpose."""
+    """Base of all errors that carlette raises on purpose."""
 
 
 class StartupError(CarletteError):
@@ -14,7 +14,7 @@ class MapError(StartupError):
 
 
 class CompletionRequestError(CarletteError):
-    """A client's request cannot be carried out; the client raises it as `RuntimeError`."""
+    """A client's request cannot be executed. The client raises it as `RuntimeError`."""
 
 
 class SpawnCollisionError(CompletionRequestError):

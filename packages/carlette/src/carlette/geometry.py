@@ -1,6 +1,6 @@
-"""Positions and rotations in CARLA's left-handed world: x ahead, y right, z up; metres and degrees.
+"""Positions and rotations in CARLA's left-handed world: x ahead, y right, z up; meters and degrees.
 
-Yaw is clockwise seen from above, so all planar formulas look as in a right-handed x-y plane.
+Yaw is clockwise from above, so all planar formulas look as in a right-handed x-y plane.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ Floats = NDArray[np.float64]
 
 
 FARTHEST = 1e7
-"""No map, speed or force is larger; far beyond this, float32 and the carla library fail."""
+"""Bound on all numbers. No map, speed or force is larger; far beyond this, float32 and the carla library fail. Ours."""
 
 
 class Vector(NamedTuple):
@@ -26,12 +26,12 @@ class Vector(NamedTuple):
     z: float = 0.0
 
     def is_finite(self) -> bool:
-        """False when a component is NaN, infinite or absurdly large."""
-        # Written so that NaN, which compares false with everything, fails.
+        """False if a component is NaN, infinite or too large."""
+        # NaN compares false with every number, so this form rejects it.
         return abs(self.x) < FARTHEST and abs(self.y) < FARTHEST and abs(self.z) < FARTHEST
 
     def plus(self, other: Vector) -> Vector:
-        """Component-wise sum."""
+        """Return the component-wise sum."""
         return Vector(self.x + other.x, self.y + other.y, self.z + other.z)
 
 
@@ -50,7 +50,7 @@ class Pose(NamedTuple):
     rotation: Rotation = Rotation()
 
     def is_finite(self) -> bool:
-        """False when a number is NaN, infinite or absurdly large."""
+        """False if a number is NaN, infinite or too large."""
         return self.location.is_finite() and Vector(*self.rotation).is_finite()
 
     def apply(self, point: Vector) -> Vector:
@@ -76,7 +76,7 @@ class Pose(NamedTuple):
 
 
 class Box(NamedTuple):
-    """A bounding box in an actor's frame: centre, half sizes (m) and rotation."""
+    """A bounding box in an actor's frame: center, half sizes (m) and rotation."""
 
     center: Vector
     extent: Vector
@@ -112,11 +112,11 @@ def columns(first: Floats, second: Floats) -> Floats:
 
 
 def bounded(value: Floats, low: Floats | float, high: Floats | float) -> Floats:
-    """`np.clip` in a third of its time for short arrays."""
+    """Return `np.clip` in a third of its time for short arrays."""
     held: Floats = np.minimum(np.maximum(value, low), high)
     return held
 
 
 def wrap_degrees(angle: float) -> float:
-    """The same angle within [-180, 180)."""
+    """Return the same angle within [-180, 180)."""
     return (angle + 180.0) % 360.0 - 180.0

@@ -1,8 +1,8 @@
-"""Worlds that are stepped in this process, without a server or client: for search, training and tests.
+"""Worlds in this process, without a server or client: for search, training and tests.
 
-This module is the interface; the modules behind it may change. Units and frames are CARLA's: metres, seconds, degrees,
-its left-handed world frame. `World.tick()` is one step. `World.fork()` is an independent copy within a few milliseconds
-(the map is shared). `World.traffic` drives some of the cars and is forked too.
+This module is the interface; the modules behind it may change. Units and frames are CARLA's: meters, seconds, degrees,
+its left-handed world frame. `World.tick()` is one step. `World.fork()` returns an independent copy within a few
+milliseconds (the map is shared). `World.traffic` drives some of the cars and is forked too.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def open_world(town: str, folders: Sequence[str | Path] = (), seed: int = 0) -> 
     Args:
         town: Its name or its `.xodr` file.
         folders: Further folders, searched first.
-        seed: Seed of everything random, such as the lights' first phases.
+        seed: Seed of all random choices, such as the lights' first phases.
 
     Raises:
         MapError: There is no such town, or its file cannot be used.
@@ -51,7 +51,7 @@ def open_world(town: str, folders: Sequence[str | Path] = (), seed: int = 0) -> 
 
 
 def populate(world: World, cars: int, seed: int = 0, model: str = CAR) -> list[Actor]:
-    """Put `cars` stationary cars at random spawn points of the map, by `seed`; fewer if there is not enough room."""
+    """Put `cars` stationary cars at spawn points drawn with `seed`. There are fewer if there is not enough space."""
     spots = world.roads.spawn_points()
     random.Random(seed).shuffle(spots)
     found: list[Actor] = []
@@ -61,5 +61,6 @@ def populate(world: World, cars: int, seed: int = 0, model: str = CAR) -> list[A
         try:
             found.append(spawn(world, model, {}, spot))
         except SpawnCollisionError:
+            # The spawn point is occupied; the loop tries the next one.
             continue
     return found

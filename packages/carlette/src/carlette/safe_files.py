@@ -1,4 +1,4 @@
-"""Reads files that others name: only regular ones, up to a size limit."""
+"""Reads files with names from outside: only regular ones, up to a size limit."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ def read_regular(path: Path, most_bytes: int) -> bytes:
     """Return all bytes of a regular file.
 
     Raises:
-        OSError: It is not a regular file (a pipe would wait for ever, a device may never end), or it is larger than
+        OSError: It is not a regular file (a pipe would block, and a device may never end), or it is larger than
             `most_bytes`. Its `strerror` is a phrase for a message.
     """
     # Do not block: opening a pipe would wait for its other end.

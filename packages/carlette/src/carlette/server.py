@@ -25,10 +25,11 @@ from carlette.watchdog.traffic_manager import TrafficManagerWatchdog
 from carlette.wire.encode import WORLD_STREAM
 
 IDLE_S = 0.5
-"""Longest sleep of the loop (s); it bounds how late a stop is noticed."""
+"""Longest sleep of the loop (s). Ours; it limits the delay of a stop."""
 SHORTEST_PERIOD_S = 0.001
-"""Least time between two ticks in asynchronous mode (s), however short the step, so that requests are served, too."""
+"""Least time between two ticks in asynchronous mode (s). Ours; it leaves time for requests at any step."""
 SWITCHING_POLL_S = 0.001
+"""Time between two checks while a traffic manager changes its mode (s). Ours."""
 
 log = logging.getLogger(__name__)
 
@@ -40,7 +41,7 @@ class Server:
         """Listen on `port` and `port + 1` (0: any free pair).
 
         Raises:
-            UsageError: The ports cannot be used.
+            StartupError: The ports cannot be used.
         """
         self.simulator = simulator
         self.host = host
@@ -55,9 +56,9 @@ class Server:
         self._rescue = TrafficManagerWatchdog()
         self._cued_by: RpcConnection | None = None
         self._owed: int | None = None
-        """The unanswered request of `_cued_by`."""
+        """Number of the unanswered request of `_cued_by`; None without one."""
         self._is_cued = False
-        """True if a client asked for a frame that is not computed yet."""
+        """True if a client requested a frame that is not computed yet."""
         self._is_pending = False
         """True if the snapshot of a completed tick is still held back."""
         self._next_tick = time.monotonic()
@@ -67,7 +68,7 @@ class Server:
         self._running = True
 
     def stop(self) -> None:
-        """Make `serve` return soon; safe in a signal handler."""
+        """Make `serve` return soon. Safe in a signal handler."""
         self._running = False
 
     def serve(self, alive: Callable[[], bool] = lambda: True) -> None:
@@ -100,7 +101,7 @@ class Server:
             self.simulator.ticks_wanted -= 1
             self._cue(now)
             self._tick()
-        self._rescue.look(now)
+        self._rescue.free_if_silent(now)
         settings = self.simulator.world.settings
         if self._is_pending:
             self._try_publish(time.monotonic())
@@ -112,7 +113,7 @@ class Server:
 
     def _handle_ready(self, wait_s: float) -> None:
         for key, events in self._selector.select(wait_s):
-            # One peer's request may have closed another's connection meanwhile.
+            # The request of one peer may have closed the connection of another.
             if self._selector.get_map().get(key.fd) is key:
                 self._handle(key, events)
 
@@ -120,7 +121,7 @@ class Server:
         try:
             key.data(events)
         except Exception:
-            # An error with one peer must not end the server for the others.
+            # Catch everything: an error with one peer must not end the server for the others.
             log.exception("a peer is dropped: this is an error of the server, please report it")
             for connection in [session for session in self._sessions if session.socket is key.fileobj]:
                 self._drop_client(connection)
@@ -138,7 +139,7 @@ class Server:
         return IDLE_S
 
     def _cue(self, now: float) -> None:
-        """Note that a tick is requested; the previous ones are finished."""
+        """Note that a tick is requested, and finish the previous ones."""
         if self._is_cued:
             self._tick()
         if self._is_pending:
@@ -151,11 +152,14 @@ class Server:
         self.simulator.tick()
         self._is_pending = True
         if self.simulator.traffic_managers:
-            # Their workers ask for the settings of this step before its snapshot may be sent.
+            # Answer now: their workers request the settings of this step before its snapshot may be sent.
             self._answer_cue()
 
     def _answer_cue(self) -> None:
-        """Send the client the frame to wait for. The client spins while it waits, so it is sent late if possible."""
+        """Send the client the number of the next frame.
+
+        The client busy-waits for that frame, so the number is sent as late as possible.
+        """
         number, self._owed = self._owed, None
         if number is not None and self._cued_by is not None:
             frame = self.simulator.world.frame + self._is_cued
@@ -164,12 +168,12 @@ class Server:
     def _hold_s(self, now: float) -> float:
         managers = len(self.simulator.traffic_managers)
         if self._rescue.is_switching:
-            # A traffic manager that is not in step would miss this snapshot, or take it twice.
+            # A traffic manager that is not in step would miss this snapshot, or use it twice.
             return SWITCHING_POLL_S
         return self._pacing.hold_s(now, managers, len(self.simulator.hub.awaited))
 
     def _try_publish(self, now: float) -> None:
-        """Send the pending snapshot once its readers are ready; busy-wait only for a short rest."""
+        """Send the pending snapshot once its readers are ready; sleep only for a short rest."""
         while self._is_pending:
             hold = self._hold_s(now)
             if hold <= 0.0:
@@ -180,9 +184,9 @@ class Server:
             )
             if self._rescue.is_switching or not is_settling:
                 return
-            # The selector's clock ticks in milliseconds, and spinning would take the worker's core.
+            # Sleep: the selector's clock ticks in milliseconds, and a busy-wait would take the worker's core.
             time.sleep(hold)
-            # A client that asked for the settings meanwhile gets its own delay.
+            # A client that requested the settings meanwhile gets its own delay.
             self._handle_ready(0.0)
             now = time.monotonic()
 
@@ -197,7 +201,10 @@ class Server:
         self._tend_subscribers()
 
     def _on_woken(self, events: int) -> None:
-        """A map's scenery is built: send what waits for it, but not before the snapshot of its tick."""
+        """Send the measurements that waited for a map's scenery, which is now built.
+
+        They must not be sent before the snapshot of their tick.
+        """
         del events
         self._held.drain()
         if not self._is_pending:
@@ -217,13 +224,14 @@ class Server:
         except OSError as error:
             if error.errno in (errno.EMFILE, errno.ENFILE):
                 self._send_away(listener)
-            # Otherwise the peer gave up in the meantime.
+            # Otherwise the peer disconnected in the meantime.
             return None
         return prepared(sock)
 
     def _send_away(self, listener: socket.socket) -> None:
-        """Accept a peer with the spare file descriptor and close it: none is left, and it would wait forever."""
+        """Accept a peer with the spare file descriptor and close it. Without a free one, it would wait forever."""
         os.close(self._spare_file)
+        # The peer may have disconnected in the meantime.
         with contextlib.suppress(OSError):
             listener.accept()[0].close()
         self._spare_file = os.open(os.devnull, os.O_RDONLY)
@@ -240,7 +248,7 @@ class Server:
             self._selector.register(sock, selectors.EVENT_READ, self._on_rpc(connection))
 
     def _on_rpc(self, connection: RpcConnection) -> Callable[[int], None]:
-        """Return the function that writes and reads for this client when the selector says that it can."""
+        """Return the function that writes and reads for this client when the selector reports that it can."""
 
         def handle(events: int) -> None:
             if events & selectors.EVENT_WRITE:
@@ -255,17 +263,17 @@ class Server:
 
     def _dispatch(self, connection: RpcConnection, number: int, method: str, arguments: list[Any]) -> None:
         if connection is self._cued_by:
-            # A worker that ended its step in asynchronous mode would start another: its calls wait until it is back.
+            # A worker that ended its step in asynchronous mode would start another, so its calls wait for the mode.
             self._rescue.wait_for_switch()
-            # A worker that was late for the snapshot asks for the settings before it waits.
-            self._rescue.heard(has_begun=method != "get_episode_settings")
+            # A worker that was late for the snapshot requests the settings before it waits.
+            self._rescue.note_call(has_begun=method != "get_episode_settings")
         if method == "tick_cue":
             self._cue(time.monotonic())
             self._cued_by = connection
             self._owed = number
             return
         if self._is_cued and method != "get_episode_settings":
-            # Requests after a tick belong to the time after it.
+            # Compute the requested tick first: requests after a tick belong to the time after it.
             self._tick()
         if method == "get_episode_settings":
             time.sleep(self._pacing.answer_after_s(time.monotonic(), len(self.simulator.traffic_managers)))
@@ -306,7 +314,7 @@ class Server:
         self._held.forget(connection)
         if connection is self._cued_by:
             self._cued_by = None
-            self._rescue.left()
+            self._rescue.note_disconnect()
         self._selector.unregister(connection.socket)
         connection.socket.close()
 
@@ -328,7 +336,7 @@ class Server:
             self._selector.register(sock, selectors.EVENT_READ, self._on_stream(subscriber))
 
     def _on_stream(self, subscriber: Subscriber) -> Callable[[int], None]:
-        """Return the function that writes and reads for this subscriber when the selector says that it can."""
+        """Return the function that writes and reads for this subscriber when the selector reports that it can."""
 
         def handle(events: int) -> None:
             if events & selectors.EVENT_WRITE:
@@ -345,7 +353,7 @@ class Server:
         return handle
 
     def _drop_subscriber(self, subscriber: Subscriber) -> None:
-        self.simulator.hub.left(subscriber)
+        self.simulator.hub.note_departure(subscriber)
         self._selector.unregister(subscriber.socket)
         subscriber.socket.close()
 

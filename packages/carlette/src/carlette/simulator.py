@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from carlette.allocator import release_memory
-from carlette.blueprints import load_catalogue
+from carlette.blueprints import load_catalog
 from carlette.client_versions import ClientVersion
 from carlette.errors import CompletionRequestError
 from carlette.opendrive.map_file import MapFile, available_towns, check_opendrive, find_town
@@ -31,7 +31,9 @@ MAP_PREFIX = "Carla/Maps/"
 SENT_MAP = "OpenDriveMap"
 """Name of a map that a client sent as text."""
 STREAMS_OF_AN_EPISODE = 1 << 20
+"""Number of streams of one episode in the numbering of streams. Ours."""
 EPISODES_BEFORE_STREAMS_REPEAT = 1 << 11
+"""Number of episodes after which the numbers of streams repeat. Ours; a number of a stream has 31 bits."""
 
 log = logging.getLogger(__name__)
 
@@ -53,40 +55,43 @@ class Simulator:
         self.hub = StreamHub()
         self.stream_port = 0
         self.episode_id = 0
-        self.uids = {type_id: uid for uid, type_id in enumerate(load_catalogue().definitions, 1)}
+        self.uids = {type_id: uid for uid, type_id in enumerate(load_catalog().definitions, 1)}
         self.traffic_managers: dict[int, str] = {}
-        """Port to address, as registered by clients."""
+        """Addresses of traffic managers by port, as registered by clients."""
         self.sensors = SensorManager(self.hub, self.stream_of, self.actor_wire)
         self.sceneries: list[Future[None]] = []
-        """What new sensors need of the map; until it is built, the spawn request may stay unanswered."""
+        """Parts of the map that new sensors require. The answer to the spawn request may wait for them."""
         self.parting: Future[None] | None = None
-        """Until the listeners of a destroyed sensor have left, the request may stay unanswered."""
+        """Done when a destroyed sensor has no subscriber left. The answer to the request may wait for it."""
         self.recordings = recordings or default_folder()
-        """The folder that recordings cannot leave."""
+        """Folder that recordings cannot leave."""
         self.recorder: LogRecorder | None = None
         self.replay: Replay | None = None
         self.replay_options = ReplayOptions()
         self.ticks_wanted = 0
-        """Ticks requested by a batch."""
+        """Number of ticks that a batch requested."""
         self.world = World(roads, seed)
         self._flags = 0
         self._sent: MapFile | None = None
         self.start_episode(roads)
 
     def build_scenery(self) -> None:
-        """Build what cameras and LiDARs need of the present map, and compile their loops; takes seconds, if needed."""
+        """Build the parts of the present map for cameras and LiDARs, and compile their loops.
+
+        It takes seconds unless they are built or cached.
+        """
         for scenery in (build_static_scene(self.world.roads), build_faces(self.world.roads)):
             scenery.result()
 
     def start_episode(self, roads: RoadNetwork, settings: EpisodeSettings | None = None) -> None:
-        """Replace the world by a new one with a new episode id; frame numbers continue."""
+        """Replace the world with a new one with a new episode id; frame numbers continue."""
         frame = self.world.frame
         self.replay = None
         if self.recorder is not None:
             self.recorder.stop()
             self.recorder = None
         if self.episode_id:
-            # A client keeps an actor's data under its id across episodes, so ids must not be reused.
+            # Do not reuse ids: a client stores an actor's data under its id across episodes.
             self.world = World(roads, self.seed, self.world.next_id)
             self.sensors.close()
             self.hub.forget_late()
@@ -122,7 +127,7 @@ class Simulator:
 
     @property
     def map_names(self) -> list[str]:
-        """Return all maps that can be loaded, by the clients' names."""
+        """All maps that can be loaded, by the clients' names."""
         return [f"/Game/{MAP_PREFIX}{name}" for name in available_towns(self.folders)]
 
     def token(self, stream_id: int) -> bytes:
@@ -132,14 +137,13 @@ class Simulator:
     def stream_of(self, actor: Actor) -> int:
         """Return the number of a sensor's stream: new in each episode.
 
-        A client that still listens to a sensor of the last episode would otherwise take another sensor's data for its
-        own.
+        Otherwise a client that is still subscribed to a sensor of the last episode would receive another sensor's data.
         """
         episode = self.episode_id % EPISODES_BEFORE_STREAMS_REPEAT
         return episode * STREAMS_OF_AN_EPISODE + actor.stream_id
 
     def actor_wire(self, actor: Actor) -> Any:
-        """Return an `Actor` in the client's form."""
+        """Return an actor in the client's form."""
         attributes = [(name, int(kind), text) for name, (kind, text) in actor.attributes.items()]
         described = encode.description(self.uids.get(actor.type_id, 0), actor.type_id, attributes, self.version)
         token = self.token(self.stream_of(actor)) if actor.stream_id else b""
@@ -159,7 +163,7 @@ class Simulator:
         try:
             replay.step(self.world)
         except (CompletionRequestError, ValueError) as error:
-            # There may be no room for an actor of the log in this world. The tick continues without it.
+            # This world may have no space for an actor of the log. The tick continues without it.
             log.error("the replay ends here: %s", error)
             self.end_replay(keep_actors=False)
         else:
@@ -167,7 +171,7 @@ class Simulator:
                 self.end_replay(keep_actors=True)
 
     def end_replay(self, keep_actors: bool) -> None:
-        """Release a replay's actors, if one is playing."""
+        """Release the actors of a running replay."""
         if self.replay is not None:
             self.replay.stop(self.world, keep_actors)
             self.replay = None

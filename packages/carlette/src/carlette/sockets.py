@@ -1,4 +1,4 @@
-"""Listens on two neighbouring ports, and sets the options of accepted sockets."""
+"""Listens on two neighboring ports, and sets the options of accepted sockets."""
 
 from __future__ import annotations
 
@@ -7,16 +7,18 @@ import socket
 from carlette.errors import StartupError
 
 FREE_PORT_TRIES = 50
+"""Number of free ports that are tried for a pair. Ours."""
 
 
 def prepared(sock: socket.socket) -> socket.socket | None:
-    """Return an accepted socket, ready to be served; None if its peer has gone already."""
+    """Return an accepted socket, ready to be served; None if its peer has already disconnected."""
     sock.setblocking(False)
     try:
         sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        # A machine that disappeared silently is noticed in the end.
+        # Detect a machine that disappeared without closing the connection.
         sock.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
     except OSError:
+        # The peer has already disconnected.
         sock.close()
         return None
     return sock
@@ -26,7 +28,7 @@ def listen_pair(host: str, port: int) -> tuple[socket.socket, socket.socket]:
     """Return sockets on `port` and the next one (0: any free pair).
 
     Raises:
-        UsageError: No such pair is free.
+        StartupError: No such pair is free.
     """
     if port:
         first = _listen(host, port)
@@ -41,8 +43,9 @@ def listen_pair(host: str, port: int) -> tuple[socket.socket, socket.socket]:
         try:
             return first, _listen(host, number + 1)
         except StartupError:
+            # The next port is taken; the loop tries another pair.
             first.close()
-    raise StartupError(f"no two neighbouring ports are free on {host}; name one with --port")
+    raise StartupError(f"no two neighboring ports are free: {host}. Name one with --port")
 
 
 def _listen(host: str, port: int) -> socket.socket:
@@ -55,6 +58,6 @@ def _listen(host: str, port: int) -> socket.socket:
     except (OSError, OverflowError) as error:
         sock.close()
         reason = getattr(error, "strerror", None) or str(error)
-        raise StartupError(f"cannot listen on {host}:{port}: {reason}; choose another with --port or --host") from None
+        raise StartupError(f"cannot listen: {host}:{port} ({reason}). Choose another with --port or --host") from None
     sock.setblocking(False)
     return sock

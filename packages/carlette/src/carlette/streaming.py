@@ -10,17 +10,17 @@ from collections import defaultdict, deque
 from concurrent.futures import Future
 
 MAX_BACKLOG_BYTES = 64 * 1024 * 1024
-"""A subscriber that lags this far behind (bytes) is dropped; it reconnects by itself."""
+"""Backlog above which a subscriber is dropped (bytes). Ours; it reconnects by itself."""
 MAX_WAIT_S = 2.0
-"""How long the world stops for a reader of large messages that is far behind, before it is dropped (s)."""
+"""Time for which the world waits for a slow reader of large messages before it is dropped (s). Ours."""
 MOST_KEPT = 8
-"""Messages kept for a reader that is no longer awaited but may still come (a client on a busy machine)."""
+"""Number of messages stored for a reader that may still come (a client on a busy machine). Ours."""
 MOST_AWAITED = 4096
-"""Most streams whose token is requested within one tick."""
+"""Maximum number of streams whose token is requested within one tick. Ours."""
 MOST_LATE = 256
-"""Most such readers."""
+"""Maximum number of late readers. Ours."""
 MOST_PARTS = 64
-"""Most unsent parts passed to one system call."""
+"""Maximum number of unsent parts per system call. Ours."""
 
 Part = bytes | bytearray | memoryview
 _SIZE = struct.Struct("<I")
@@ -33,16 +33,16 @@ class Subscriber:
         self.socket = sock
         self.came = time.monotonic()
         self.stream_id = 0
-        """0 until the client has sent the id."""
+        """Stream of the subscriber; 0 until the client has sent the id."""
         self._received = b""
         self._unsent: deque[memoryview] = deque()
         self._backlog = 0
         self._was_waited_for = False
-        """True if the world has already waited for it in vain."""
+        """True if the world already waited for this subscriber and timed out."""
 
     @property
     def wants_to_write(self) -> bool:
-        """True while a message could not be sent completely."""
+        """True while a part of a message is not sent."""
         return bool(self._unsent)
 
     @property
@@ -51,12 +51,14 @@ class Subscriber:
         return False
 
     def read(self) -> bool:
-        """Read the stream id; False when the connection has ended."""
+        """Read the stream id; return False when the connection has ended."""
         try:
             data = self.socket.recv(64)
         except BlockingIOError:
+            # No data is available now; the selector reports the next data.
             return True
         except OSError:
+            # The connection is broken; the server drops the subscriber.
             return False
         if not data:
             return False
@@ -69,7 +71,7 @@ class Subscriber:
     def send(self, *framed: Part) -> None:
         """Queue the parts of a message, the first of which holds its size, and send what the socket takes.
 
-        The parts are not copied, so they must not change afterwards.
+        The parts are not copied, so they must not change afterward.
         """
         for part in framed:
             if len(part):
@@ -79,7 +81,7 @@ class Subscriber:
 
     @property
     def lags(self) -> bool:
-        """True when the reader is so far behind that it must be dropped."""
+        """True if the reader is so far behind that it must be dropped."""
         return self._backlog > MAX_BACKLOG_BYTES
 
     def write(self) -> None:
@@ -89,8 +91,10 @@ class Subscriber:
                 sent = self.socket.sendmsg([self._unsent[i] for i in range(min(len(self._unsent), MOST_PARTS))])
                 self._drop(sent)
         except BlockingIOError:
+            # The socket is full; the selector reports when it accepts data again.
             return
         except OSError:
+            # The peer is gone. The read side detects it and drops the subscriber.
             self._unsent.clear()
             self._backlog = 0
 
@@ -125,13 +129,13 @@ class StreamHub:
         self.awaited: set[int] = set()
         """Streams whose token was requested and whose subscriber has not connected yet."""
         self._late: dict[int, list[tuple[Part, ...]]] = {}
-        """Streams that were awaited in vain, and the messages they have missed since."""
+        """Streams whose reader timed out, and the messages that it has missed since then."""
         self.waits_for_readers = False
-        """True if a slow reader of large messages may hold the world up for a moment, so that it misses none."""
+        """True if a slow reader of large messages may delay the world, so that it misses none."""
         self._partings: defaultdict[int, list[Future[None]]] = defaultdict(list)
 
     def expect(self, stream_id: int) -> None:
-        """Note that a client has requested a stream's token: it is about to subscribe."""
+        """Note that a client has requested a stream's token and will subscribe."""
         if len(self.awaited) < MOST_AWAITED:
             self.awaited.add(stream_id)
 
@@ -142,9 +146,9 @@ class StreamHub:
             self._send([subscriber], parts)
 
     def wait_no_longer(self) -> None:
-        """Let the world go on without the awaited streams.
+        """Stop waiting for the awaited streams.
 
-        Their messages are kept: a client would wait forever for a first measurement sent before it subscribed.
+        Their messages are stored: a client would wait forever for a first measurement sent before it subscribed.
         """
         for stream_id in self.awaited:
             if len(self._late) < MOST_LATE:
@@ -152,10 +156,10 @@ class StreamHub:
         self.awaited.clear()
 
     def forget_late(self) -> None:
-        """Drop what is kept for readers that did not connect: their streams have ended."""
+        """Drop the stored messages for readers that did not connect. Their streams have ended."""
         self._late.clear()
 
-    def left(self, subscriber: Subscriber) -> None:
+    def note_departure(self, subscriber: Subscriber) -> None:
         """Note that a subscriber's connection has ended."""
         self.subscribers.discard(subscriber)
         if not self.listens(subscriber.stream_id):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from carlette.blueprints import load_catalogue
+from carlette.blueprints import load_catalog
 from carlette.camera.models.cycles import cycle_mesh
 from carlette.camera.models.lamps import lamp_meshes
 from carlette.camera.models.mesh import Mesh
@@ -33,9 +33,9 @@ def assert_fills(meshes: list[Mesh], box: Box) -> None:
     assert (out > -SHORT_SHARE * np.array([*box.extent, *box.extent]) - 0.03).all()
 
 
-@pytest.mark.parametrize("type_id", sorted(load_catalogue().vehicles))
+@pytest.mark.parametrize("type_id", sorted(load_catalog().vehicles))
 def test_vehicles_fill_their_boxes(type_id) -> None:
-    model = load_catalogue().vehicles[type_id]
+    model = load_catalog().vehicles[type_id]
     if model.is_two_wheeler:
         motor = model.base_type == "motorcycle"
         meshes = [cycle_mesh(type_id, model.box, model.wheelbase_m, PAINT, 0.3, motor=motor)]
@@ -46,7 +46,7 @@ def test_vehicles_fill_their_boxes(type_id) -> None:
 
 
 def test_props_fill_their_boxes() -> None:
-    for model in load_catalogue().props.values():
+    for model in load_catalog().props.values():
         if not any(word in model.id for word in BEYOND):
             out = overhang([prop_mesh(model.id, model.box)], model.box)
             assert out.max() < OUT_M, model.id

@@ -11,7 +11,7 @@ from carlette.camera.rendering.raster import Raster
 from carlette.camera.rendering.view import CameraView
 from carlette.geometry import Pose
 
-GREY, RED, BLUE = 0xFF808080, 0xFFFF0000, 0xFF0000FF
+GRAY, RED, BLUE = 0xFF808080, 0xFFFF0000, 0xFF0000FF
 
 
 def view(width=64, height=48) -> CameraView:
@@ -42,17 +42,17 @@ def drawn(*calls, size=None) -> tuple[np.ndarray, np.ndarray]:
 
 def test_raster_quad_facing_camera_is_drawn_back_is_not() -> None:
     """A quad that faces the camera is drawn, and its back is not."""
-    pixels, depth = drawn(quads([wall(5.0)], GREY))
-    assert (pixels == GREY).all()
+    pixels, depth = drawn(quads([wall(5.0)], GRAY))
+    assert (pixels == GRAY).all()
     assert np.allclose(depth, 5.0, rtol=1e-6)
-    behind, far = drawn(quads([wall(5.0)[::-1]], GREY))
+    behind, far = drawn(quads([wall(5.0)[::-1]], GRAY))
     assert not behind.any()
     assert (far == 1000.0).all()
 
 
 @pytest.mark.parametrize("order", list(itertools.permutations(range(3))))
 def test_the_nearest_quad_is_seen_whatever_the_order(order) -> None:
-    three = [quads([wall(4.0, right=0.0)], RED), quads([wall(5.0)], BLUE), quads([wall(6.0)], GREY)]
+    three = [quads([wall(4.0, right=0.0)], RED), quads([wall(5.0)], BLUE), quads([wall(6.0)], GRAY)]
     pixels, _ = drawn(*(three[item] for item in order))
     assert (pixels[:, :32] == RED).all()
     assert (pixels[:, 32:] == BLUE).all()
@@ -88,7 +88,7 @@ def test_raster_ground_under_camera_is_clipped_at_near_plane() -> None:
     """Ground that extends under the camera is clipped at the near plane and has the correct depth."""
     up = [(-50.0, -500.0, -1.6), (900.0, -500.0, -1.6), (900.0, 500.0, -1.6), (-50.0, 500.0, -1.6)]
     size = view()
-    pixels, depth = drawn(quads([up], GREY), size=size)
+    pixels, depth = drawn(quads([up], GRAY), size=size)
     rows = np.arange(48) + 0.5
     slope = (rows - 24) / 24 * size.tangents[1]
     ahead = np.divide(1.6, slope, out=np.full(48, np.inf), where=slope > 0)
@@ -96,7 +96,7 @@ def test_raster_ground_under_camera_is_clipped_at_near_plane() -> None:
     seen = ahead < 900
     assert np.allclose(middle[seen], ahead[seen], rtol=1e-4)
     assert (middle[~seen] == 1000.0).all()
-    assert (pixels[seen] == GREY).all()
+    assert (pixels[seen] == GRAY).all()
 
 
 def test_colours_change_across_a_quad_as_seen_in_perspective() -> None:
@@ -114,8 +114,8 @@ def test_raster_bent_quad_has_no_hole() -> None:
     """A quad that is not flat has no hole, and its depth lies between that of its corners."""
     bent = np.array(wall(5.0), np.float32)
     bent[2, 0] = 6.0
-    pixels, depth = drawn(quads([bent], GREY))
-    assert (pixels == GREY).all()
+    pixels, depth = drawn(quads([bent], GRAY))
+    assert (pixels == GRAY).all()
     assert ((depth >= 4.999) & (depth <= 6.001)).all()
 
 

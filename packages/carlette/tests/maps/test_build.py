@@ -52,9 +52,9 @@ def test_streets_meet_nodes_at_their_heights_and_are_level_there():
 
 def test_plans_that_do_not_hold_together_are_refused():
     node, end = JunctionNode("A", 0.0, 0.0), End("A", 0.0)
-    with pytest.raises(PlanError, match="'Lost Lane' ends at 'B', which is not a node"):
+    with pytest.raises(PlanError, match="unknown node: 'B' at the end of 'Lost Lane'"):
         Plan("lost", [node], [PlannedStreet("Lost Lane", end, End("B", 180.0), RURAL)])
-    with pytest.raises(PlanError, match="two nodes called 'A'"):
+    with pytest.raises(PlanError, match="duplicate node in map 'twins': A"):
         Plan("twins", [node, node], [])
 
 

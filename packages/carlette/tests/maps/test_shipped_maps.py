@@ -112,7 +112,7 @@ def test_map_signals_govern_exactly_the_incoming_lanes(name):
         assert waypoint.transform.location.distance(middle) < waypoint.lane_width
         assert not waypoint.is_junction
         assert waypoint.next(6.0)[0].is_junction
-        lanes = 1 + sum(1 for _ in _neighbours(waypoint))
+        lanes = 1 + sum(1 for _ in _neighbors(waypoint))
         assert 2 * signal.box.extent.x == pytest.approx(lanes * waypoint.lane_width, abs=0.1)
 
 
@@ -123,7 +123,7 @@ def _world(signal):
     return at.x + x * math.cos(yaw) - y * math.sin(yaw), at.y + x * math.sin(yaw) + y * math.cos(yaw), at.z + z
 
 
-def _neighbours(waypoint):
+def _neighbors(waypoint):
     for step in ("get_left_lane", "get_right_lane"):
         lane = getattr(waypoint, step)()
         while lane is not None and lane.lane_type == DRIVING and lane.lane_id * waypoint.lane_id > 0:

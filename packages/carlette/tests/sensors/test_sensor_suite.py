@@ -9,7 +9,7 @@ from collections.abc import Iterator
 import pytest
 from mounting import street
 
-from carlette.blueprints import AttributeType, load_catalogue
+from carlette.blueprints import AttributeType, load_catalog
 from carlette.blueprints.sensor_definitions import IN_THE_CLIENT
 from carlette.geometry import Pose
 from carlette.sensors import ALL, Body, Sensor, SensorTick
@@ -53,7 +53,7 @@ def tick(world, suite: SensorManager, count: int = 1) -> None:
 
 
 def test_every_sensor_of_the_library_has_its_class() -> None:
-    offered = {definition for definition in load_catalogue().definitions if definition.startswith("sensor.")}
+    offered = {definition for definition in load_catalog().definitions if definition.startswith("sensor.")}
     assert offered - set(IN_THE_CLIENT) == set(ALL)
 
 

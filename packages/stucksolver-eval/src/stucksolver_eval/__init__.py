@@ -1,3 +1,4 @@
-"""Drives routes and judges them: suites, scenarios, criteria, scores and reports. Uses only the product's public
-API.
+"""Drives routes and scores them: suites, scenarios, criteria, scores and reports.
+
+Uses only the product's public API.
 """

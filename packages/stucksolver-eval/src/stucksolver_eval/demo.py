@@ -1,4 +1,4 @@
-"""The demonstration: a parked car and two slow cyclists, on any map, each without help and with it."""
+"""The demonstration: a parked car and two slow cyclists, on any map, each without and with StuckSolver."""
 
 from __future__ import annotations
 
@@ -26,18 +26,19 @@ if TYPE_CHECKING:
     import carla
 
 SAY_S = 8.0
-"""When the passenger speaks (s since the start)."""
+"""Time of the passenger's utterance (s since the start). Ours."""
 WORDS = "please overtake them"
 VEHICLE = "car-1"
-"""The car's name for a passenger."""
+"""Name of the car for a passenger."""
 ALONE, HELPED, GUIDED = "driver alone", "StuckSolver", "StuckSolver + passenger"
 FRAME_EVERY_S = 0.1
+"""Interval between frames of the replay (s). Ours."""
 KINDS = {"one_lane": "one lane each way", "multi_lane": "several lanes"}
 
 
 @dataclass(frozen=True)
 class DemoSituation:
-    """One of the two situations: the scenario type, a short description, and the length of street that it needs (m)."""
+    """One of the two situations: the scenario type, a short description, and the required length of street (m)."""
 
     type: str
     name: str
@@ -52,51 +53,52 @@ SPOKEN = ((PARKED_CAR, GUIDED), (CYCLISTS, GUIDED))
 
 SEEN_BY = {
     PRIVILEGED: "perception: privileged – scenes are built from the simulator's ground truth, not from sensors.",
-    SENSORS: "perception: sensors – driver and solver perceive only by camera, LiDAR, GNSS, IMU and wheel sensors.",
+    SENSORS: "perception: sensors – driver and solver perceive only with camera, LiDAR, GNSS, IMU and wheel sensors.",
 }
 
 
 @dataclass(frozen=True)
 class DemoSpec:
-    """Options of the demonstration. `host` and `port` name a running CARLA server instead of our own carlette."""
+    """Options of the demonstration. `host` and `port` name a running CARLA server that replaces carlette."""
 
     map_name: str = "demo_town"
     maps: str | None = None
     seed: int = 1
     driver: str = "behavior:normal"
     recovery: str = "rules"
-    """The reasoner of the arms with StuckSolver."""
+    """The reasoner of the systems with StuckSolver."""
     road: Literal["one_lane", "multi_lane", "any"] = "any"
     oncoming: int = 3
+    """Number of oncoming cars. Ours."""
     clock: str = "lockstep"
     out: Path = Path("out/demo")
     host: str | None = None
     port: int = 2000
     say: str | None = None
-    """Words of the passenger instead of the demonstration's own; both streets are then driven only with these."""
+    """Utterance of the passenger instead of the demonstration's own. Then both streets are driven only with it."""
     pictures: bool = True
     """Store an image of the front camera with each decision."""
     memory: Path | None = None
-    """File of the memory of what helped; None: no memory."""
+    """File of the memory; None for no memory."""
     perception: str = PRIVILEGED
-    """Where driver and solver get their perception: one of `arms.spec.PERCEPTIONS`."""
+    """Source of perception for driver and solver: one of `systems.spec.PERCEPTIONS`."""
 
     passenger: Path | None = None
-    """Address of a passenger server for desks: people can talk to the car that StuckSolver helps."""
+    """Address of a passenger server. People can talk to the car with StuckSolver."""
 
     @property
     def arms(self) -> tuple[tuple[DemoSituation, str], ...]:
-        """Return the drives in order."""
+        """The drives in order."""
         return ARMS if self.say is None else SPOKEN
 
 
 def demo(spec: DemoSpec, say: Callable[[str], None]) -> tuple[list[RunLog], Path]:
-    """Run all drives, store each drive's files at once, and write the report at the end.
+    """Run all drives, store each drive's files immediately, and write the report at the end.
 
     Drives that are finished stay in `out/runs` after an error.
 
     Raises:
-        ArmError: The driver, the recovery or the reasoner does not exist or cannot be asked.
+        SystemSpecError: The driver, the recovery or the reasoner does not exist or does not respond.
         StreetError: The map has no suitable street.
         ServerError: The simulator did not start or ended.
         RunError: A drive failed.
@@ -137,7 +139,7 @@ def _driven(task: RouteTask, progress: Callable[[float], None]) -> RunLog:
     """Return one drive's replay.
 
     Raises:
-        RunError: There is none.
+        RunError: The drive has no replay.
     """
     drive_task(task, progress)
     return ResultStore(task.folder).run_log(task.job.route, task.job.seed)

@@ -1,4 +1,4 @@
-"""Near misses, with the one definition for every number here: TTC below 1 s, or a gap below 0.3 m.
+"""Near misses. All numbers use one definition: TTC below 1 s, or a gap below 0.3 m.
 
 Both are to a moving actor. TTC (time to collision) is the time to contact of the two boxes if both keep their velocity
 and heading.
@@ -19,19 +19,24 @@ if TYPE_CHECKING:
     import carla
 
 MOVING_MPS = 0.1
+"""Speed from which an actor counts as moving (m/s). Ours."""
 NEAR_GAP_M = 0.3
+"""Gap below which there is a near miss (m). Ours."""
 NEAR_TTC_S = 1.0
+"""TTC below which there is a near miss (s). Ours."""
 LOOK_EVERY_S = 0.2
+"""Interval between two checks (s). Ours."""
 LOOK_RANGE_M = 40.0
+"""Distance within which actors are checked (m). Ours."""
 BELOW_M, ABOVE_M = 1.0, 2.5
-"""An actor lower or higher than this, relative to the ego, is on another level of the road."""
+"""Largest depth below and height above the ego at which an actor is on the same level of the road (m). Ours."""
 
 Velocity = tuple[Any, Any]
 """(vx, vy), m/s: arrays or numbers that broadcast together."""
 
 
 def is_near(ego: Pose, ego_mps: Velocity, ego_half: HalfSize, others: Pose, mps: Velocity, half: HalfSize) -> Any:
-    """Return for each of the others whether it is a near miss. Arrays, in any one fixed frame."""
+    """Return for each of the others whether it is a near miss. Arrays, in any fixed frame."""
     moving = np.hypot(*mps) > MOVING_MPS
     gap = separation(ego, ego_half, others, half)
     relative = (mps[0] - ego_mps[0], mps[1] - ego_mps[1])
@@ -50,28 +55,33 @@ class NearMissWatch:
         self.found: list[TimedInfraction] = []
 
     def update(self, time_s: float, transform: carla.Transform, velocity: carla.Vector3D) -> None:
-        """Look around, five times a second. `transform` and `velocity` are the ego's, from the `carla` client."""
+        """Check the surroundings, five times per second.
+
+        `transform` and `velocity` are the ego's, from the `carla` client.
+        """
         if time_s < self._next_s - 1e-6:
             return
         self._next_s = time_s + LOOK_EVERY_S
         place = transform.location
-        seen = self._perception.read(place.x, place.y)
-        near = self._near_ones(seen, transform, velocity) if len(seen) else frozenset()
+        objects = self._perception.read(place.x, place.y)
+        near = self._near_ones(objects, transform, velocity) if len(objects) else frozenset()
         for actor_id in sorted(near - self._near):
             self.found.append(
                 TimedInfraction(kind="near_miss", time_s=round(time_s, 2), text=f"near miss with actor {actor_id}")
             )
         self._near = near
 
-    def _near_ones(self, seen: NearbyObjects, transform: carla.Transform, velocity: carla.Vector3D) -> frozenset[int]:
+    def _near_ones(
+        self, objects: NearbyObjects, transform: carla.Transform, velocity: carla.Vector3D
+    ) -> frozenset[int]:
         place, yaw = transform.location, math.radians(transform.rotation.yaw)
-        level = (seen.top > place.z - BELOW_M) & (seen.bottom < place.z + ABOVE_M)
+        level = (objects.top > place.z - BELOW_M) & (objects.bottom < place.z + ABOVE_M)
         near = level & is_near(
             (place.x, place.y, yaw),
             (velocity.x, velocity.y),
             self._half,
-            (seen.x, seen.y, seen.yaw),
-            (seen.vx, seen.vy),
-            (seen.half_length, seen.half_width),
+            (objects.x, objects.y, objects.yaw),
+            (objects.vx, objects.vy),
+            (objects.half_length, objects.half_width),
         )
-        return frozenset(seen.actor_id[int(i)] for i in np.flatnonzero(near))
+        return frozenset(objects.actor_id[int(i)] for i in np.flatnonzero(near))

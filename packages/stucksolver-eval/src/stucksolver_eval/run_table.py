@@ -21,7 +21,7 @@ HEAD = (
     "plans",
 )
 
-_TOLD = ("guidance", "outcome", "abort", "directive", "infraction")
+_LISTED_KINDS = ("guidance", "outcome", "abort", "directive", "infraction")
 
 
 def runs_table(runs: Sequence[RunLog]) -> str:
@@ -30,20 +30,22 @@ def runs_table(runs: Sequence[RunLog]) -> str:
 
 
 def conversation(run: RunLog) -> str:
-    """Return what was said, how it was understood, why the vehicle waited, and the result, a line each."""
-    said = next((event.time_s for event in run.events if event.kind == "guidance"), None)
-    if said is None:
+    """Return the utterances, their interpretations, the reasons to wait and the results, one line each."""
+    guidance_s = next((event.time_s for event in run.events if event.kind == "guidance"), None)
+    if guidance_s is None:
         return ""
-    lines = [(event.time_s, event.kind == "guidance", event.text) for event in run.events if event.kind in _TOLD]
+    lines = [
+        (event.time_s, event.kind == "guidance", event.text) for event in run.events if event.kind in _LISTED_KINDS
+    ]
     lines += [(moment.time_s, False, _decided(moment)) for moment in run.decisions]
-    told = [f"{run.scenario}:"]
+    text_lines = [f"{run.scenario}:"]
     last = ""
-    for time_s, spoken, text in sorted((line for line in lines if line[0] >= said), key=lambda line: line[0]):
+    for time_s, spoken, text in sorted((line for line in lines if line[0] >= guidance_s), key=lambda line: line[0]):
         about = text.split(",")[0]
         if spoken or about != last:
-            told.append(filled(f"{time_s:5.1f} s  {'passenger' if spoken else 'car'}: {text}"))
+            text_lines.append(filled(f"{time_s:5.1f} s  {'passenger' if spoken else 'car'}: {text}"))
         last = about
-    return "\n".join(told)
+    return "\n".join(text_lines)
 
 
 def _decided(moment: DecisionMoment) -> str:
@@ -63,7 +65,7 @@ def recovered_text(result: RunResult) -> str:
 
 
 def stopped_text(result: RunResult) -> str:
-    """Return the seconds at a standstill, or a dash if they were not measured."""
+    """Return the stopped time (s), or a dash if it was not measured."""
     return "–" if result.stopped_s is None else f"{result.stopped_s:.1f}"
 
 

@@ -1,4 +1,4 @@
-"""What scenarios and background traffic may use: the world, the route, and the cast."""
+"""Context of scenarios and background traffic: the world, the route, and the actors."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class ScenarioContext:
     random: random.Random
     dt_s: float = 0.05
     hero_s_m: float = 0.0
-    """Position of the ego along the route (m); updated by `Play`."""
+    """Position of the ego along the route (m); updated by `ScenarioPlayer`."""
 
     @cached_property
     def cast(self) -> ActorPool:

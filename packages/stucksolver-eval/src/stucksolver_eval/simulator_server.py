@@ -1,4 +1,4 @@
-"""Starts carlette in its own process and waits until it listens. The only place that does."""
+"""Starts carlette in its own process and waits until it listens. No other module does this."""
 
 from __future__ import annotations
 
@@ -16,10 +16,11 @@ if TYPE_CHECKING:
     import carla
 
 START_LIMIT_S = 60.0
+"""Time limit of the start without scenery (s). Ours."""
 SCENERY_LIMIT_S = 180.0
-"""Time to start with the scenery built; long if nothing is compiled yet, on a busy machine."""
+"""Time limit of the start with the scenery (s): long if nothing is compiled yet, on a busy machine. Ours."""
 CLIENT_TIMEOUT_S = 15.0
-"""Time limit of a client's call."""
+"""Time limit of a client's call (s). Ours."""
 SERVED = ("0.9.15", "0.9.16")
 
 
@@ -27,11 +28,11 @@ SERVED = ("0.9.15", "0.9.16")
 def carlette_server(
     map_name: str, maps: str | None = None, seed: int = 0, *, scenery: bool = False, stands: bool = False
 ) -> Iterator[SimulatorServer]:
-    """Start a carlette on a free port. It ends on exit, and by itself if this process ends.
+    """Start a carlette on a free port. It ends on exit, and also if this process ends.
 
     With `scenery` cameras and LiDARs measure from their first tick on. Without it a route may be half driven before the
-    first image, because the scenery is built beside the ticks. With `stands` the world waits for a client's first tick.
-    Otherwise the number of ticks before depends on the machine, and lights are in another phase.
+    first image, because the scenery is built in parallel to the ticks. With `stands` the world waits for a client's
+    first tick. Otherwise the number of ticks before depends on the machine, and lights are in another phase.
 
     Raises:
         ServerError: It did not start.
@@ -69,10 +70,10 @@ def open_server(
     scenery: bool = False,
     stands: bool = False,
 ) -> contextlib.AbstractContextManager[SimulatorServer]:
-    """Start our own carlette (see `carlette_server`), or use the server at `host`.
+    """Start carlette (see `carlette_server`), or use the server at `host`.
 
     Raises:
-        ServerError: It did not start, or nobody listens.
+        ServerError: It did not start, or no server listens at `host`.
     """
     if host is not None:
         return contextlib.nullcontext(remote_server(host, port))
@@ -85,14 +86,14 @@ def _client_version() -> str:
     served = next((known for known in SERVED if version.startswith(known)), None)
     if served is None:
         raise ServerError(
-            f"carlette serves the carla clients {' and '.join(SERVED)}, installed is {version}: "
-            f"pip install carla=={SERVED[-1]}"
+            f"unsupported carla client: {version}, carlette serves {' and '.join(SERVED)}. "
+            f"Install one with pip install carla=={SERVED[-1]}"
         )
     return served
 
 
 def set_synchronous(world: carla.World, dt_s: float | None) -> None:
-    """Set ticks of `dt_s` on demand; with None the server uses its own clock again."""
+    """Set ticks of `dt_s` on demand. With None the server uses its own clock again."""
     settings = world.get_settings()
     settings.synchronous_mode, settings.fixed_delta_seconds = dt_s is not None, dt_s
     world.apply_settings(settings)
@@ -109,9 +110,9 @@ def _listening(process: subprocess.Popen[str], limit_s: float) -> SimulatorServe
         watchdog.cancel()
     if "listening on " not in line:
         process.wait()
-        said = process.stderr.read().strip() or f"no answer within {limit_s:.0f} s"
-        # The last line is the message; above it would be the traceback of a defect.
-        raise ServerError(said.splitlines()[-1].removeprefix("carlette: ").removeprefix("error: "))
+        output = process.stderr.read().strip() or f"no answer within {limit_s:.0f} s"
+        # The last line is the message. A traceback may precede it.
+        raise ServerError(output.splitlines()[-1].removeprefix("carlette: ").removeprefix("error: "))
     host, _, port = line.split("listening on ", 1)[1].split()[0].rpartition(":")
     threading.Thread(target=_drain, args=(process.stdout,), daemon=True).start()
     threading.Thread(target=_drain, args=(process.stderr,), daemon=True).start()
@@ -120,6 +121,7 @@ def _listening(process: subprocess.Popen[str], limit_s: float) -> SimulatorServe
 
 def _drain(stream: object) -> None:
     """Read and discard, so that the server never blocks on a full pipe."""
+    # The stream is closed when the server ends.
     with contextlib.suppress(ValueError, OSError):
         for _ in stream:  # type: ignore[attr-defined]
             pass
@@ -130,9 +132,11 @@ def _end(process: subprocess.Popen[str]) -> None:
     try:
         process.wait(timeout=5)
     except subprocess.TimeoutExpired:
+        # A server that ignores the request is killed.
         process.kill()
         process.wait()
     for stream in (process.stdin, process.stdout, process.stderr):
         if stream is not None:
+            # The stream may already be closed.
             with contextlib.suppress(OSError):
                 stream.close()

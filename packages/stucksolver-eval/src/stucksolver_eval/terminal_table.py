@@ -12,15 +12,15 @@ Row = tuple[str, ...]
 
 BETWEEN = "  "
 PART = "  "
-"""A row whose name begins with this belongs to the run before it."""
+"""Prefix of the name of a row that belongs to the run before it."""
 NOTHING = ("", "–")
 
 
 def table(head: Row, rows: Sequence[Row], width: int | None = None) -> str:
     """Return `rows` below `head`, or transposed if that would be wider than `width` columns.
 
-    The first cell of a row is the name of its run. In a transposed table, figures that no run has are left out, and
-    runs with long names become letters. Empty if no run has any figure.
+    The first cell of a row is the name of its run. In a transposed table, metrics that no run has are omitted, and runs
+    with long names become letters. Empty if no run has any metric.
     """
     limit = shutil.get_terminal_size((WIDTH, 24)).columns if width is None else width
     upright = _aligned([head, *rows])
@@ -83,6 +83,6 @@ def _groups(sizes: Sequence[int], room: int) -> list[list[int]]:
 
 
 def _letter(k: int) -> str:
-    """A, B, ... Z, A1, B1, ..."""
+    """Return the letter of a run: A, B, ... Z, A1, B1, ..."""
     turn, which = divmod(k, len(ascii_uppercase))
     return f"{ascii_uppercase[which]}{turn or ''}"

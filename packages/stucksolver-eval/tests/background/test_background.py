@@ -148,7 +148,7 @@ def test_a_junction_gets_cars_from_its_other_entries(drive):
     coming = drive(road=5, start_m=40.0, length_m=330)
     junction = route_junctions(coming.route)[0]
     near_s = float(coming.route.s_m[junction.first]) - 25.0
-    place = coming.route.at(near_s).transform
+    place = coming.route.waypoint_at(near_s).transform
     place.location.z += 0.3
     coming.hero.set_transform(place)
     coming.run(3.0)
@@ -166,7 +166,7 @@ def test_nobody_waits_for_the_hero_in_a_junction(drive, before_m):
         light.set_state(carla.TrafficLightState.Green)
         light.freeze(True)
     junction = route_junctions(waiting.route)[0]
-    place = waiting.route.at(float(waiting.route.s_m[junction.first]) - before_m).transform
+    place = waiting.route.waypoint_at(float(waiting.route.s_m[junction.first]) - before_m).transform
     place.location.z += 0.3
     waiting.hero.set_transform(place)
     waiting.run(25.0)
@@ -218,7 +218,7 @@ def test_background_removed_lane_stays_empty_until_readded(drive):
     """A lane that a scenario removes becomes empty and stays so until the scenario adds it again."""
     asked = drive()
     asked.run(0.25)
-    lane = asked.route.at(20.0).get_left_lane()
+    lane = asked.route.waypoint_at(20.0).get_left_lane()
     asked.background.remove_road_lane(lane)
     asked.run(6.0, speed_mps=9.0)
     assert -1 not in asked.ahead_m() and 0 in asked.ahead_m()
@@ -274,7 +274,7 @@ def test_oncoming_traffic_keeps_its_spacing_and_can_be_switched_off(drive):
 def test_the_crossing_is_kept_free_of_oncoming_cars(drive):
     asked = drive()
     asked.run(6.0, speed_mps=5.0)
-    place = asked.route.at(float(asked.route.s_m[asked.index]) + 40.0).transform.location
+    place = asked.route.waypoint_at(float(asked.route.s_m[asked.index]) + 40.0).transform.location
     asked.background.leave_crossing_space(place.x, place.y)
     asked.run(4.0)
     for car in asked.background.oncoming._cars:

@@ -62,7 +62,7 @@ def test_the_figure_has_a_row_for_each(results, wordings, tmp_path):
     ("content", "told"),
     [
         ("not json\n", ":1: invalid JSON"),
-        ('{"words": "go"}\n', ':1: a line is {"text"'),
+        ('{"words": "go"}\n', ':1: expected {"text"'),
         ("\n", "no sentence"),
         ("[]", "list"),
     ],

@@ -129,7 +129,7 @@ def test_demo_map_without_suitable_street_names_remedy(refused, out: Path, tmp_p
     path = tmp_path / "short.xodr"
     path.write_text(SHORT_ROAD, encoding="utf-8")
     line = refused(out, "--map", str(path))
-    assert "searched" in line and "use another map" in line
+    assert "Searched" in line and "use another map" in line
 
 
 @pytest.mark.parametrize(

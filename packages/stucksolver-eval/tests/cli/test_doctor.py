@@ -24,7 +24,7 @@ def test_in_this_environment_everything_that_the_demonstration_needs_is_there(ca
     assert code == 0
     assert all(item["state"] == "ok" for item in found.values() if item["needed"])
     assert "started and answered" in found["carlette"]["detail"]
-    assert found["reader of words"]["state"] == "ok"
+    assert found["interpreter"]["state"] == "ok"
 
 
 @pytest.mark.integration
@@ -40,7 +40,7 @@ def test_doctor_missing_packages_are_reported_with_remedy(capsys):
     said = " ".join(done.stdout.split())
     assert done.returncode == 1
     assert "missing carla: the client of CARLA and carlette; add the extra [carla] (README, Install)" in said
-    assert "absent reader of words" in said and "install stucksolver-language again" in said
+    assert "absent interpreter" in said and "install stucksolver-language again" in said
     assert "carlette:" not in said, "without its client it is not tried"
     assert not done.stderr
 

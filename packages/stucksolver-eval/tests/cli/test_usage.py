@@ -58,8 +58,8 @@ def test_command_invalid_value_error_names_option_and_format(capsys, command, to
 @pytest.mark.parametrize(
     ("command", "told"),
     [
-        ("--port abc", "--port: 'abc' is not a port; give a number from 0 to 65534"),
-        ("--port 65535", "--port: '65535' is not a port"),
+        ("--port abc", "--port: not a port: 'abc'. Give a number from 0 to 65534"),
+        ("--port 65535", "--port: not a port: '65535'"),
         ("--seed x", "--seed"),
         ("--maps", "--maps"),
     ],
@@ -113,7 +113,7 @@ def test_ctrl_c_names_the_way_to_go_on(capsys, monkeypatch, tmp_path):
     error = capsys.readouterr().err.strip()
     assert (
         error.splitlines()[-1]
-        == "interrupted; finished routes are kept: run the same command with --resume to continue"
+        == "interrupted; finished routes are stored: run the same command with --resume to continue"
     )
 
 

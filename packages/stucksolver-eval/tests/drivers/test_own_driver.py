@@ -49,9 +49,9 @@ def driven(driver, folder):
     [
         ("nowhere:Agent", "No module named 'nowhere'"),
         ("guests:Nobody", "no attribute 'Nobody'"),
-        ("guests:AHEAD", "is not a class"),
-        ("guests:Deaf", "it has no set_route"),
-        ("guests", "use behavior or planner, each with :PROFILE, or your own agent as MODULE:CLASS"),
+        ("guests:AHEAD", "not a class"),
+        ("guests:Deaf", "has no set_route"),
+        ("guests", "Use behavior or planner, each with :PROFILE, or your own agent as MODULE:CLASS"),
         ("behavior:mad", "cautious, normal, aggressive"),
     ],
 )
@@ -190,7 +190,7 @@ def test_a_sensor_that_the_simulator_does_not_have_is_named():
     world = SimpleNamespace(get_snapshot=lambda: snapshot, get_blueprint_library=lambda: library)
     hero = SimpleNamespace(id=5, get_world=lambda: world)
     agent = LeaderboardAgent(AsksForSonar, "x", "the client", hero, SimpleNamespace())
-    with pytest.raises(AgentError, match=r"guests:AsksForSonar asks for a sensor 'sensor\.other\.sonar', which this"):
+    with pytest.raises(AgentError, match=r"guests:AsksForSonar requires a sensor 'sensor\.other\.sonar', which this"):
         agent.set_route([])
 
 

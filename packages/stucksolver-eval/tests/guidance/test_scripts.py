@@ -62,8 +62,8 @@ def test_a_script_is_read_by_route(tmp_path: Path) -> None:
         ({"routes": {"7": [{"when": {}, "say": ["x"]}]}}, "exactly one of"),
         ({"routes": {"7": [{"when": {"time_s": 1}, "say": []}]}}, "either say"),
         ({"routes": {"7": [{"when": {"time_s": 1}}]}}, "either say"),
-        ({"routes": {"7": [{"when": {"time_s": 1}, "answer": "yes"}]}}, "name who was asked"),
-        ({"routes": {"9": []}}, "none of its routes is in the suite"),
+        ({"routes": {"7": [{"when": {"time_s": 1}, "answer": "yes"}]}}, "name the person"),
+        ({"routes": {"9": []}}, "no route of the suite in file"),
     ],
 )
 def test_a_bad_script_is_named(tmp_path: Path, data: object, told: str) -> None:

@@ -55,7 +55,7 @@ def test_motion_is_read_as_it_was_written(tmp_path: Path) -> None:
 
 def test_results_are_not_overwritten(tmp_path: Path) -> None:
     begun(tmp_path / "out")
-    with pytest.raises(StoreError, match=r"has results of two .* add --resume"):
+    with pytest.raises(StoreError, match=r"has results of two .* Add --resume"):
         begun(tmp_path / "out")
 
 
@@ -77,7 +77,7 @@ def test_another_evaluation_is_not_resumed_here(tmp_path: Path, changes: dict[st
 
 def test_a_folder_of_something_else_is_left_alone(tmp_path: Path) -> None:
     (tmp_path / "mine.txt").write_text("mine", encoding="utf-8")
-    with pytest.raises(StoreError, match="not empty and is not an evaluation"):
+    with pytest.raises(StoreError, match="not an evaluation and not empty"):
         begun(tmp_path)
 
 
@@ -85,12 +85,12 @@ def test_results_of_another_version_are_named(tmp_path: Path) -> None:
     store = begun(tmp_path / "out")
     path = store.folder / "evaluation.json"
     path.write_text(path.read_text(encoding="utf-8").replace('"version": 1', '"version": 7'), encoding="utf-8")
-    with pytest.raises(StoreError, match="written by another version"):
+    with pytest.raises(StoreError, match="file of another version"):
         store.manifest()
 
 
 def test_what_is_no_evaluation_is_named(tmp_path: Path) -> None:
-    with pytest.raises(StoreError, match="is not a result folder of"):
+    with pytest.raises(StoreError, match="not a result folder of"):
         summarize(ResultStore(tmp_path))
 
 
@@ -171,7 +171,7 @@ def test_two_evaluations_are_compared_by_route(tmp_path: Path) -> None:
 
 def test_only_the_same_routes_and_seeds_are_compared(tmp_path: Path) -> None:
     first = compared(tmp_path / "a")
-    with pytest.raises(ComparisonError, match="routes differ"):
+    with pytest.raises(ComparisonError, match="different routes"):
         comparison(first, summarize(begun(tmp_path / "b", suite_digest="0")))
     with pytest.raises(ComparisonError, match="no seed in common"):
         comparison(first, summarize(begun(tmp_path / "c", seeds=(2,))))

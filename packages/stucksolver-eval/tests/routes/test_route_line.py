@@ -56,8 +56,8 @@ def test_a_jump_is_followed(line: RouteLine) -> None:
 
 
 def test_beyond_its_ends_the_ends_are_meant(line: RouteLine) -> None:
-    assert line.at(-5.0) is line.waypoints[0]
-    assert line.at(1e6) is line.waypoints[-1]
+    assert line.waypoint_at(-5.0) is line.waypoints[0]
+    assert line.waypoint_at(1e6) is line.waypoints[-1]
 
 
 def test_headings_point_along_the_line(line: RouteLine) -> None:

@@ -26,7 +26,7 @@ def test_outcomes_are_written_last(tmp_path: Path) -> None:
 def test_a_scheduler_that_is_not_there_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("distributed")
     monkeypatch.setattr("stucksolver_eval.runner.cluster.CONNECT_S", 1)
-    with pytest.raises(ClusterError, match=r"no dask scheduler at tcp://127\.0\.0\.1:9"):
+    with pytest.raises(ClusterError, match=r"no dask scheduler at address: tcp://127\.0\.0\.1:9"):
         list(run_on_cluster([], "tcp://127.0.0.1:9"))
 
 

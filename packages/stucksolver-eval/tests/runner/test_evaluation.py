@@ -158,7 +158,7 @@ def test_what_cannot_be_run_is_refused_before_anything_is_written(
         (("bench9000",), "bench9000"),
         (("dev", "--recovery", "prayer"), "prayer"),
         (("dev", "--clock", "sundial"), "sundial"),
-        (("dev", "--routes", "0"), "no route 0"),
+        (("dev", "--routes", "0"), "no such route in dev: 0"),
         (("dev", "--guidance", str(tmp_path / "none.json")), "none.json"),
         (("dev", "--sweep", "v_min=1"), "no detector to sweep"),
         (("dev", "--recovery", "openai:m@notaurl"), "not an address"),

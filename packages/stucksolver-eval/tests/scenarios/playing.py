@@ -87,7 +87,7 @@ class Playing:
 
     def jump(self, s_m: float) -> None:
         """Put the hero, standing, at a place of its route, and make a tick."""
-        place = self.route.at(s_m).transform
+        place = self.route.waypoint_at(s_m).transform
         place.location.z += 0.2
         self.hero.set_transform(place)
         self.hero.set_target_velocity(carla.Vector3D())

@@ -37,7 +37,7 @@ def test_walkers_wait_for_the_hero_and_cross_its_whole_lane(play, kind):
     walkers = playing.others("walker.")
     places = [playing.along(walker) for walker in walkers]
     assert len(walkers) == (3 if kind == "PedestrianCrossing" else 1)
-    half_m = playing.route.at(places[0][0]).lane_width / 2.0
+    half_m = playing.route.waypoint_at(places[0][0]).lane_width / 2.0
     assert all(right_m > half_m for _, right_m in places), "someone stands on the road already"
     playing.jump(5.0)
     first_s = min(s_m for s_m, _ in places)
@@ -78,7 +78,7 @@ def test_crossing_without_parking_lane_pedestrian_emerges_behind_car(play, monke
     (walker,) = playing.others("walker.")
     (car,) = (other for other in playing.others("") if other is not walker)
     s_m, right_m = playing.along(car)
-    assert right_m == pytest.approx(playing.route.at(s_m).lane_width, abs=0.3)
+    assert right_m == pytest.approx(playing.route.waypoint_at(s_m).lane_width, abs=0.3)
     playing.jump(5.0)
     playing.jump(playing.along(walker)[0] - 4.0)
     farthest = []

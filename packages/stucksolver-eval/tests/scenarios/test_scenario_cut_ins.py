@@ -94,7 +94,7 @@ def test_emergency_vehicle_passes_ego_that_left_lane(play):
     """The emergency vehicle passes an ego that has left its lane; the event has value 1."""
     playing = play("YieldToEmergencyVehicle_1", traffic=False)
     playing.jump(5.0)
-    place = playing.route.at(playing.hero_s)
+    place = playing.route.waypoint_at(playing.hero_s)
     beside = next(
         lane
         for lane in (place.get_left_lane(), place.get_right_lane())

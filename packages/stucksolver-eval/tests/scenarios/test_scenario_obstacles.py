@@ -25,7 +25,7 @@ def in_lane(playing, distance_m):
     for other in playing.others(""):
         s_m, right_m = playing.along(other)
         near = abs(s_m - playing.scenario.trigger_s_m - distance_m) < 20.0
-        half_m = playing.route.at(s_m).lane_width / 2.0
+        half_m = playing.route.waypoint_at(s_m).lane_width / 2.0
         if near and abs(right_m) - other.half_width_m < half_m and other.half_height_m > 0.2:
             found.append(other)
     return found
@@ -118,7 +118,7 @@ def test_parked_car_door_opens_when_ego_is_near(play):
         playing.run(1.0)
         if not near:
             # Closed, and no wider than its lane.
-            assert playing.along(car)[1] - car.half_width_m > playing.route.at(place_s).lane_width / 2.0
+            assert playing.along(car)[1] - car.half_width_m > playing.route.waypoint_at(place_s).lane_width / 2.0
             continue
         hits.clear()
         playing.go(8.0)
@@ -136,7 +136,7 @@ def test_invading_turn_cars_cross_line_but_clear_centered_ego(play):
         playing.tick()
         cars = [other for other in playing.others() if playing.apart_m(other) < 30.0]
         nearest += [-playing.along(car)[1] - car.half_width_m for car in cars]
-    width_m = playing.route.at(5.0).lane_width
+    width_m = playing.route.waypoint_at(5.0).lane_width
     # Their flank: over the line, and beside the hero.
     assert 0.95 < min(nearest) < width_m / 2.0 - 0.2
     assert any(other.type_id == "static.prop.constructioncone" for other in playing.others("static."))

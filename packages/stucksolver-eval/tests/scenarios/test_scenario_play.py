@@ -106,14 +106,16 @@ def test_scenario_types_without_time_limit_match_public_benchmark():
 
 
 def test_an_unknown_type_is_named_with_what_exists():
-    with pytest.raises(ScenarioError, match=r"unknown scenario type 'Acident'; choose from Accident, AccidentTwoWays"):
+    with pytest.raises(
+        ScenarioError, match=r"unknown scenario type: 'Acident'\. Choose from Accident, AccidentTwoWays"
+    ):
         scenario_type("Acident")
 
 
 def test_two_types_of_one_name_are_refused():
     load_all()
     twin = type("Twin", (Scenario,), {"type": "Accident", "script": lambda self: iter(())})
-    with pytest.raises(ValueError, match="two scenarios are called 'Accident'"):
+    with pytest.raises(ValueError, match="duplicate scenario type: 'Accident'"):
         scenario(twin)
 
 

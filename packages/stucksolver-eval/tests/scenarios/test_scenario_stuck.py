@@ -274,7 +274,7 @@ def test_narrow_road_other_car_leaves_after_ego_backs_up(staged):
     playing.jump(DISTANCE_M - 20.0)
     playing.run(1.0)
     assert playing.others()
-    back = playing.route.at(playing.hero_s - 7.0).transform
+    back = playing.route.waypoint_at(playing.hero_s - 7.0).transform
     back.location.z += 0.2
     playing.hero.set_transform(back)
     high_water_m = playing.hero_s

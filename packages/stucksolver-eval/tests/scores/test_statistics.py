@@ -45,5 +45,5 @@ def test_the_same_question_has_the_same_answer() -> None:
 
 
 def test_nothing_cannot_be_averaged() -> None:
-    with pytest.raises(ValueError, match="nothing to average"):
+    with pytest.raises(ValueError, match="no route has a value"):
         bootstrap([])

@@ -1,1 +1,1 @@
-"""Language models, small networks that reason and interpret words, for StuckSolver."""
+"""Language models and small networks that reason and interpret utterances for StuckSolver."""

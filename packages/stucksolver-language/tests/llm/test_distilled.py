@@ -355,7 +355,7 @@ def test_the_student_can_be_named_wherever_the_rules_can():
 
 def test_missing_weights_are_named_with_the_remedy(tmp_path):
     with pytest.raises(
-        ReasonerNameError, match=r"no student is there; train it again with `python -m lab distill train`"
+        ReasonerNameError, match=r"no student in folder: .*; train it again with `python -m lab distill train`"
     ):
         make_reasoner(f"distilled:{tmp_path}")
 
@@ -364,7 +364,7 @@ def test_missing_weights_are_named_with_the_remedy(tmp_path):
     ("change", "told"),
     [
         ({"versions": {"scene_text": 1, "features": 99, "heads": 1}}, "features 99"),
-        ({"sha256": "0" * 64}, "not the file of its card"),
+        ({"sha256": "0" * 64}, "weights do not match their card"),
         ({"name": None}, "damaged or of another version"),
     ],
 )
@@ -424,5 +424,5 @@ def test_a_rung_without_weights_is_an_error_at_the_start(tmp_path):
     text = profile_text("default").replace(
         '[[rung]]\nkind = "model"', RUNG.replace("tries", f'weights = "{tmp_path}"\ntries')
     )
-    with pytest.raises(ReasonerNameError, match="no student is there"):
+    with pytest.raises(ReasonerNameError, match="no student in folder"):
         StuckSolver(lambda seen: None, ladder=parse_ladder(text, "mine"))

@@ -80,7 +80,7 @@ FOREIGN = [
 def test_key_is_not_sent_to_another_server(url):
     found = credentials_for(url)
     assert found.headers == {}
-    assert "is sent no key" in found.note and KEY not in found.note
+    assert "gets no key" in found.note and KEY not in found.note
 
 
 @pytest.mark.parametrize(
@@ -98,7 +98,7 @@ def test_key_is_not_sent_to_another_server(url):
     ],
 )
 def test_address_that_parsers_read_differently_is_refused(url):
-    with pytest.raises(ValueError, match="is not an address"):
+    with pytest.raises(ValueError, match="not an address"):
         origin_of(url)
 
 
@@ -147,7 +147,7 @@ def test_custom_server_gets_no_key_and_preflight_notes_it(server):
     """A server of the user's is queried without a key, and the preflight says so."""
     reasoner = make_reasoner(f"openai:reader@{server.url}")
     (note,) = preflight(reasoner, "it")
-    assert "is sent no key" in note and "--send-key" in note and server.url in note
+    assert "gets no key" in note and "--send-key" in note and server.url in note
     assert reasoner.decide(ReasonerRequest(scene(), deadline_s=20.0)).decision.plan is not None
     assert all(not {"authorization", "api-key", "openai-organization"} & headers.keys() for headers in server.headers)
 
@@ -353,6 +353,6 @@ def test_send_key_is_no_setting(tmp_path):
 @pytest.mark.integration
 def test_send_key_without_server_or_key_names_missing_part(tmp_path):
     """With --send-key and without a server or a key, the error names the missing one."""
-    assert "no server is named" in stucksolver("cases", "--send-key", folder=tmp_path).stderr
+    assert "no server" in stucksolver("cases", "--send-key", folder=tmp_path).stderr
     words = ("cases", "--send-key", "--reasoner", "openai:m@http://h/v1")
-    assert "there is no key" in stucksolver(*words, folder=tmp_path, OPENAI_API_KEY="").stderr
+    assert "no key" in stucksolver(*words, folder=tmp_path, OPENAI_API_KEY="").stderr

@@ -49,11 +49,11 @@ def _chat(model, url):
     return OpenAiChat(model, url)
 
 
-def reasoner(server, model="reader", purse=None, **settings):
+def reasoner(server, model="reader", usage_limits=None, **settings):
     """By strict tools first, as OpenAI's own server is asked."""
     chat = _chat(model, server.url)
     chat.takes = replace(capabilities_of(model, None, ModelOptions()), notes=[])
-    return LanguageModelReasoner(chat, settings=ModelSettings(**settings), purse=purse)
+    return LanguageModelReasoner(chat, settings=ModelSettings(**settings), usage_limits=usage_limits)
 
 
 def good(sc):
@@ -170,7 +170,7 @@ def test_model_answer_still_invalid_after_repair_fails(server):
     """An answer that is still invalid after one repair is a failure of the reasoner."""
     sc = scene()
     server.faults.extend([spoilt(sc, SPOILED["an extra field"])] * 5)
-    with pytest.raises(ReasonerError, match="unusable answer"):
+    with pytest.raises(ReasonerError, match="invalid answer"):
         reasoner(server).decide(ReasonerRequest(sc))
     assert len(server.requests) == 2
 
@@ -192,7 +192,7 @@ def test_model_response_without_completion_raises_reasoner_error(server, body):
 
 def test_a_refusal_is_told_as_such(server):
     server.faults.append(Fault(message={"role": "assistant", "content": None, "refusal": "I cannot help with that"}))
-    with pytest.raises(PermanentReasonerError, match="refuses"):
+    with pytest.raises(PermanentReasonerError, match="declines"):
         reasoner(server).decide(ReasonerRequest(scene()))
 
 
@@ -241,7 +241,7 @@ def test_a_question_that_is_withdrawn_ends_before_the_answer(server):
     asking.cancel()
     thread.join(50.0)
     assert not thread.is_alive()
-    assert "withdrawn" in str(failures[0])
+    assert "canceled" in str(failures[0])
 
 
 # ---- what to set
@@ -313,7 +313,7 @@ def test_a_trace_tells_prompt_answers_and_tokens(server):
 
 
 def test_a_spent_budget_is_a_failure_without_a_request(server):
-    asking = reasoner(server, purse=UsageLimits(None, episode=Budget(queries=2)))
+    asking = reasoner(server, usage_limits=UsageLimits(None, episode=Budget(queries=2)))
     for _ in range(2):
         asking.decide(ReasonerRequest(scene()))
     with pytest.raises(PermanentReasonerError, match="budget of 2 queries"):
@@ -322,7 +322,7 @@ def test_a_spent_budget_is_a_failure_without_a_request(server):
 
 
 def test_progress_begins_a_new_episode_but_not_a_new_trip(server):
-    asking = reasoner(server, purse=UsageLimits(None, episode=Budget(queries=1), trip=Budget(queries=2)))
+    asking = reasoner(server, usage_limits=UsageLimits(None, episode=Budget(queries=1), trip=Budget(queries=2)))
 
     def at(left):
         made = scene()
@@ -337,10 +337,10 @@ def test_progress_begins_a_new_episode_but_not_a_new_trip(server):
 
 
 def test_money_is_counted_by_the_price(server):
-    asking = reasoner(server, purse=UsageLimits(Price(1e6, 0.0, 0.0)))
+    asking = reasoner(server, usage_limits=UsageLimits(Price(1e6, 0.0, 0.0)))
     trace = asking.decide(ReasonerRequest(scene())).trace
-    assert asking.purse.spent["trip"].usd == pytest.approx(trace.input_tokens)
-    assert trace.usd == asking.purse.spent["trip"].usd
+    assert asking.usage_limits.spent["trip"].usd == pytest.approx(trace.input_tokens)
+    assert trace.usd == asking.usage_limits.spent["trip"].usd
 
 
 def test_a_budget_in_money_needs_a_price():

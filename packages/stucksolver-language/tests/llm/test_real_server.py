@@ -88,7 +88,7 @@ def scene(x=60.0, **update):
 def test_a_preflight_finds_out_that_it_cannot_see(url):
     reasoner = make_reasoner(f"openai:smollm2@{url}")
     (note,) = reasoner.preflight()
-    assert "sends no pictures" in note and "image input is not supported" in note
+    assert "omits pictures" in note and "image input is not supported" in note
 
 
 def test_real_server_prose_answer_selects_json_schema_dialect(url):
@@ -124,7 +124,7 @@ def test_real_server_answers_follow_schema_and_use_cache(url, capsys):
         assert list(answer) == ["observation", "analysis", "decision"], told[-1]
         assert ("S2.1" in answer["analysis"]["steps"]) is (sc.guidance is not None)
     assert not any("cut off" in text for text in told), told
-    spent = reasoner.purse.spent["trip"]
+    spent = reasoner.usage_limits.spent["trip"]
     assert spent.cached_tokens > 1000, "the fixed words of the second question come from the server's cache"
     with capsys.disabled():
         print(f"\n{told}, {spent}")

@@ -44,7 +44,7 @@ def test_ones_own_is_named_by_module_and_class():
         (f"own:{__name__}:Raises", "RuntimeError: no weights"),
         (f"own:{__name__}:Odd", "has no name and no decide"),
         ("rules:fast", "rules takes no 'fast'"),
-        ("recorded:", "names no folder"),
+        ("recorded:", "no folder in name"),
         ("ruels", "unknown reasoner 'ruels': use rules, "),
     ],
 )

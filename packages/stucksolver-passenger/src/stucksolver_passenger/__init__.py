@@ -1,1 +1,1 @@
-"""The passenger's page and HTTP API for talking to the car, outside the control loop."""
+"""The passenger's page and HTTP API for conversation with the car, outside the control loop."""

@@ -1,7 +1,7 @@
-"""Roles: tokens that name a role, and for a passenger the vehicle.
+"""Tokens that name a role, and for a passenger the vehicle.
 
 A token is `p.VEHICLE.MAC` or `o.MAC`. The MAC is HMAC-SHA256 (RFC 2104) over the part before it, with a secret that the
-server's owner makes at the start. So no list of tokens is kept, and every vehicle has its own.
+server's owner creates at the start. So the server stores no list of tokens, and every vehicle has its own.
 """
 
 from __future__ import annotations
@@ -16,25 +16,27 @@ from stucksolver.ladder.rung_actions import Person
 from stucksolver_passenger.api_types import VEHICLE_ID
 
 SECRET_BYTES = 32
+"""Length of a new secret (bytes): the output size of SHA-256."""
 MAC_BYTES = 18
-"""144 bits: far beyond guessing, and short enough for a QR code."""
+"""Length of the MAC (bytes). 144 bits cannot be guessed and still fit into a QR code."""
 LONGEST_TOKEN = 100
+"""Longest token that is checked (characters). Ours: above the longest valid one."""
 
 
 @dataclass(frozen=True)
 class TokenHolder:
-    """The holder of a token. `vehicle` is the only one that a passenger may see and talk to; None for operators."""
+    """Holder of a token. `vehicle` is the only one that a passenger may access; None for operators."""
 
     role: Person
     vehicle: str | None = None
 
     def may_use(self, vehicle: str) -> bool:
-        """True if the holder may use this vehicle."""
+        """True if the holder may access this vehicle."""
         return self.role == "operator" or self.vehicle == vehicle
 
 
 class Tokens:
-    """Makes and checks tokens with a secret."""
+    """Creates and checks tokens with a secret."""
 
     def __init__(self, secret: bytes | None = None) -> None:
         self.secret = secret or secrets.token_bytes(SECRET_BYTES)
@@ -46,7 +48,7 @@ class Tokens:
             ValueError: The id of the vehicle is invalid.
         """
         if not VEHICLE_ID.fullmatch(vehicle):
-            raise ValueError(f"{vehicle!r} is not a valid vehicle id; use up to 40 letters, digits, - and _")
+            raise ValueError(f"invalid vehicle id: {vehicle!r}. Use up to 40 letters, digits, - and _")
         return self._sealed(f"p.{vehicle}")
 
     def operator(self) -> str:
@@ -54,9 +56,7 @@ class Tokens:
         return self._sealed("o")
 
     def holder(self, token: str) -> TokenHolder | None:
-        """Return the holder of a token; None for a foreign one. Takes constant time, so that a near miss is not
-        revealed.
-        """
+        """Return the holder of a token; None for an invalid one. The constant time does not reveal a partial match."""
         if len(token) > LONGEST_TOKEN or not token.isascii():
             return None
         claimed, _, _ = token.rpartition(".")

@@ -1,4 +1,4 @@
-"""The types of the HTTP API: what a page or an app receives about a vehicle, and what people may send it."""
+"""The types of the HTTP API: reports about a vehicle, and the commands of people."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from stucksolver.scene.base_model import FrozenModel
 from stucksolver.solver import QuestionKind
 
 VEHICLE_ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,39}")
-"""Valid ids of vehicles: safe in an address, a file name and a token."""
+"""Valid ids of vehicles. They are safe in an address, a file name and a token."""
 CLIENT_ID = r"^[A-Za-z0-9_-]{1,40}$"
 
 
 class Speaker(str, Enum):
-    """Who said a line of the conversation."""
+    """Author of a line of the conversation."""
 
     CAR = "car"
     PASSENGER = "passenger"
@@ -27,21 +27,22 @@ class Speaker(str, Enum):
 
 
 class ConversationLine(FrozenModel):
-    """One line of the conversation. `number` counts from 1 for each vehicle; a line may be sent again when it is
-    complete.
+    """One line of the conversation.
+
+    `number` counts from 1 for each vehicle. A line may be sent again when it is complete.
     """
 
     number: int
     time_s: float
-    """By the vehicle's clock (s)."""
+    """Time on the vehicle's clock (s)."""
     speaker: Speaker
     text: str
     understood: str | None = None
-    """How the words were understood, once they are."""
+    """Interpretation of the utterance, as soon as it exists."""
 
 
 class QuickReplyKind(str, Enum):
-    """What a ready answer does."""
+    """Effect of a quick reply."""
 
     YES = "yes"
     NO = "no"
@@ -49,7 +50,7 @@ class QuickReplyKind(str, Enum):
 
 
 class QuickReply(FrozenModel):
-    """A button that fits the situation. `says` are the words that it stands for."""
+    """A button that fits the situation. `says` is the utterance that it replaces."""
 
     does: QuickReplyKind
     label: str
@@ -57,37 +58,37 @@ class QuickReply(FrozenModel):
 
 
 class OpenQuestion(FrozenModel):
-    """The open question to a person."""
+    """An open question to a person."""
 
     id: str
     to: Person
     kind: QuestionKind
     text: str
     needs: tuple[str, ...] = ()
-    """What a yes would release: names of behaviours or of rules, as in the ladder's approvals."""
+    """Names of behaviors or rules that a yes approves, as in the ladder's approvals."""
 
 
 class VehicleReport(FrozenModel):
-    """Everything about a vehicle that a page shows in words."""
+    """Everything about a vehicle that a page displays as text."""
 
     time_s: float
     speed_mps: float
     state: str
-    """The names of the solver's states, for those who know them."""
+    """Names of the solver's states, for experts."""
     thought: str
-    """What is going on, in a sentence."""
+    """Current situation in one sentence."""
     intention: str
-    """What the car will do next."""
+    """Next action of the car."""
     question: OpenQuestion | None = None
     answers: tuple[QuickReply, ...] = ()
     lines: tuple[ConversationLine, ...] = ()
-    """The conversation's last lines, the newest last."""
+    """Last lines of the conversation, the newest last."""
     ended: bool = False
-    """True if the ride is over: nothing more is accepted."""
+    """True if the ride is over. Then commands are rejected."""
 
 
 class CommandKind(str, Enum):
-    """What people can do."""
+    """Commands of people."""
 
     SAY = "say"
     YES = "yes"
@@ -95,23 +96,23 @@ class CommandKind(str, Enum):
     STOP = "stop"
     HELP = "help"
     TELL = "tell"
-    """An operator's words to the passenger; they are shown and do not affect the driving."""
+    """A message of an operator to the passenger. It is displayed and does not affect the driving."""
 
 
 class PersonCommand(FrozenModel):
-    """A person's command, on its way to the vehicle's process."""
+    """A person's command to the vehicle's process."""
 
     number: int
     kind: CommandKind
     by: Person
     client: str = Field(default="somebody", pattern=CLIENT_ID)
-    """Tells apart the holders of the same token; chosen by each page."""
+    """Distinguishes the holders of the same token. Each page chooses its own."""
     text: str = Field(default="", max_length=MAX_WORDS)
     question_id: str | None = Field(default=None, max_length=40)
 
 
 class CommandResult(FrozenModel):
-    """The result of a command: taken or not, and why not, in a sentence for people."""
+    """Result of a command: accepted, or rejected with a sentence for people."""
 
     number: int
     taken: bool
@@ -127,6 +128,6 @@ class OperatorCall(FrozenModel):
     kind: Literal["question", "help"]
     text: str
     waiting_s: float
-    """How long it has waited (s), by the server's clock."""
+    """Waiting time on the server's clock (s)."""
     question_id: str | None = None
-    """For a question: its id."""
+    """Id of the question, if the entry is one."""

@@ -1,4 +1,4 @@
-"""Keeps the conversation: turns the solver's events into lines that a passenger understands."""
+"""Stores the conversation: converts the solver's events to lines for a passenger."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ from stucksolver_passenger.sentences.rejections import abort_sentence, rejection
 
 
 def implies_approval(reading: Interpretation | None, question: Question | None) -> bool:
-    """True if the passenger has already asked for this very plan.
+    """True if the passenger has already requested this plan.
 
-    "Please go round it" need not be answered with "May I go round it?". That holds only if the yes releases nothing but
-    the plan's behaviours. For a rule of the road, such as a solid line, the question is still asked.
+    "Please go round it" needs no further question "May I go round it?". That holds only if the yes approves nothing but
+    the plan's behaviors. For a rule of the road, such as a solid line, the question remains.
     """
     if question is None or question.to != "passenger" or question.kind is not QuestionKind.APPROVAL:
         return False
@@ -40,46 +40,50 @@ def implies_approval(reading: Interpretation | None, question: Question | None) 
     return question.plan is not None and only_behaviors and plan_matches_intent(reading, question.plan)
 
 
-KEPT = 200
-"""Number of lines of a conversation that are kept."""
+MAX_LINES = 200
+"""Maximum number of lines of a conversation in memory. Ours."""
 FINISHED_M = 5.0
-"""A plan that went on this far after it was withdrawn had passed the point where it could be stopped."""
+"""Progress after a withdrawal from which a plan counts as finished (m).
+
+It had passed the point where a stop was safe. Ours.
+"""
 FINISHED = "I could not stop safely half-way, so I have finished it."
 OPEN_ENDED = (GuidanceIntent.UNCLEAR, GuidanceIntent.YES)
-"""Words that the solver asks back, once."""
+"""Intents to which the solver responds with one question."""
 
 
 class Conversation:
-    """The lines of one vehicle. `hear` is called by the thread that drives it, `said` by any.
+    """The lines of one vehicle.
 
-    `state` returns the solver's state after the step that an event belongs to.
+    The thread that drives the vehicle calls `hear`; any thread may call `add_utterance`. `state` returns the solver's
+    state after the step that an event belongs to.
     """
 
     def __init__(self, state: Callable[[], State | None]) -> None:
         self._state = state
-        self._lines: deque[ConversationLine] = deque(maxlen=KEPT)
+        self._lines: deque[ConversationLine] = deque(maxlen=MAX_LINES)
         self._number = 0
         self._lock = threading.Lock()
         self._request: GuidanceIntent | None = None
-        """The last request, while it has led to nothing."""
+        """The last request, until it has an effect."""
         self._asked_back = self._nobody_reads = False
         self._agreed = False
-        """True if the passenger's own words have answered the last question."""
+        """True if the passenger's own utterance has answered the last question."""
         self._withdrawn = False
-        """True if words withdrew the running plan."""
+        """True if an utterance withdrew the running plan."""
         self.moving = False
         """True if the car moves. The driving thread sets this field and the next one."""
         self.progress_m = 0.0
         self._withdrawn_m = 0.0
-        """Progress at which a plan was withdrawn (m)."""
+        """Progress at the withdrawal of a plan (m)."""
         self._replied: set[str] = set()
-        """What was already said to the words that count now; it is not said again."""
+        """Replies to the current utterance. They are not repeated."""
         self.readings = 0
-        """Number of words that have been read."""
+        """Number of interpreted utterances."""
         self.decided: Event | None = None
-        """The last decision."""
+        """The last decision event."""
         self.stays: GuidanceIntent | None = None
-        """Set by words that keep the car where it is; whoever acts on it resets it."""
+        """Intent that keeps the car stopped. The reader of this field resets it."""
 
     def lines(self, last: int) -> tuple[ConversationLine, ...]:
         """Return the newest lines, the newest last."""
@@ -87,24 +91,24 @@ class Conversation:
             return tuple(self._lines)[-last:]
 
     def add_utterance(self, speaker: Speaker, text: str, time_s: float) -> None:
-        """Add a person's words, or the press of a button."""
+        """Add a person's utterance, or the press of a button."""
         self._add(speaker, text, time_s)
 
     def hear(self, event: Event) -> None:
-        """Take an event of the solver."""
-        told = _HANDLERS.get(event.kind)
-        text = None if told is None else told(self, event)
+        """Receive an event of the solver."""
+        handler = _HANDLERS.get(event.kind)
+        text = None if handler is None else handler(self, event)
         if text:
             self.tell(text, event.time_s)
 
     def tell(self, text: str, time_s: float) -> None:
-        """Add a line of the car, unless it repeats the last one."""
+        """Add a line of the car, unless it repeats the last line."""
         with self._lock:
             last = self._lines[-1] if self._lines else None
         if last is None or last.speaker is not Speaker.CAR or last.text != text:
             self._add(Speaker.CAR, text, time_s)
 
-    # ---- what each event means to a passenger; None: not worth a line
+    # ---- meaning of each event for a passenger; None if it needs no line
 
     def _guidance(self, event: Event) -> str | None:
         reading = event.reading
@@ -115,7 +119,7 @@ class Conversation:
         self._withdrawn = False
         self._nobody_reads = reading.reader == NoInterpreter.name
         if reading.intent in OPEN_ENDED and not self._asked_back:
-            return None  # asked back in the same step
+            return None  # the solver asks a question in the same step
         if reading.intent in REQUESTS:
             self._request, self._asked_back = reading.intent, False
         if reading.intent in STAYS:
@@ -129,7 +133,7 @@ class Conversation:
         return acknowledged(reading)
 
     def _mark_read(self, event: Event, understood: str) -> None:
-        """Complete the line of these words; words that came another way get one."""
+        """Complete the line of this utterance. An utterance from another source gets a new line."""
         with self._lock:
             unread = (item for item in self._lines if item.text == event.text and item.understood is None)
             line = next((item for item in unread if item.speaker is not Speaker.CAR), None)
@@ -137,7 +141,9 @@ class Conversation:
             line = self._add(Speaker.PASSENGER, event.text, event.time_s)
         read = line.model_copy(update={"understood": understood})
         with self._lock:
-            self._lines = deque((read if item.number == line.number else item for item in self._lines), maxlen=KEPT)
+            self._lines = deque(
+                (read if item.number == line.number else item for item in self._lines), maxlen=MAX_LINES
+            )
 
     def _guidance_ended(self, event: Event) -> str | None:
         request, self._request = self._request, None
@@ -156,7 +162,7 @@ class Conversation:
         state = self._state()
         asks = state is not None and isinstance(state.activity, AwaitingApproval)
         if self._request is None or asks:
-            return None  # nobody waits for this, or the question that follows says it
+            return None  # there was no request, or the question that follows contains the decision
         text = _why_not(event)
         if text is None or text in self._replied:
             return None
@@ -218,7 +224,7 @@ class Conversation:
 
 
 def _why_not(event: Event) -> str | None:
-    """Return why a decision does not do what was asked for; None if it does."""
+    """Return the reason why a decision does not do what the passenger requested; None if it does."""
     decision, verdict = event.decision, event.verdict
     if decision is None:
         return None
@@ -260,4 +266,4 @@ _HANDLERS: dict[EventKind, Handler] = {
 SILENT = frozenset(
     {EventKind.TRIGGERED, EventKind.FAILED, EventKind.ESCALATED, EventKind.CLOSED, EventKind.PERCEPTION_DISPUTED}
 )
-"""Events internal to the solver: their consequences are shown."""
+"""Events internal to the solver. Their consequences have lines of their own."""

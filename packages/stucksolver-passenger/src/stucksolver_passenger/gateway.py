@@ -1,4 +1,4 @@
-"""The desk: connects the vehicles of a process to the people who talk to them. This is what an engineer embeds."""
+"""The gateway that connects the vehicles of a process to people. It is the interface for embedding."""
 
 from __future__ import annotations
 
@@ -19,13 +19,18 @@ from stucksolver_passenger.vehicle_session import VehicleSession, VehicleSession
 
 
 class PassengerGateway:
-    """Connects vehicles to a passenger server. It never makes a control loop wait.
+    """Connects vehicles to a passenger server. It never blocks a control loop.
 
-    ```python desk = Desk(server.address) solver = StuckSolver(stack.scene, on_event=desk.ear("car-1")) seat =
-    desk.add("car-1", solver, name="Car 1") ... directive = solver.step(status, stack.surroundings)  # on every tick
-    seat.tick(status, stack.scene) ```
+    ```python
+    gateway = PassengerGateway(server.address)
+    solver = StuckSolver(stack.scene, on_event=gateway.ear("car-1"))
+    session = gateway.add("car-1", solver, name="Car 1")
+    ...
+    directive = solver.step(status, stack.surroundings)  # on every tick
+    session.tick(status, stack.scene)
+    ```
 
-    Several processes may each have a desk at the same server.
+    Several processes may each have a gateway to the same server.
 
     Args:
         address: Address of a `PassengerServer`.
@@ -37,11 +42,11 @@ class PassengerGateway:
     def __init__(self, address: Path) -> None:
         self._conversations: dict[str, Conversation] = {}
         self._solvers: dict[str, StuckSolver] = {}
-        self._seats = VehicleSessions()
+        self._sessions = VehicleSessions()
         self._link = Link(address, self._receive)
 
     def ear(self, vehicle_id: str) -> Listener:
-        """Return the listener for a vehicle's solver (`on_event`). Get it before the solver is made."""
+        """Return the listener for a vehicle's solver (`on_event`). Call this before creating the solver."""
         return self._conversation(vehicle_id).hear
 
     def add(self, vehicle_id: str, solver: StuckSolver, name: str = "") -> VehicleSession:
@@ -50,22 +55,22 @@ class PassengerGateway:
         Args:
             vehicle_id: Up to 40 letters, digits, - and _.
             solver: The vehicle's solver.
-            name: What people call the vehicle.
+            name: Name of the vehicle for people.
 
         Raises:
             ValueError: The id is invalid or already used.
         """
         if not VEHICLE_ID.fullmatch(vehicle_id):
-            raise ValueError(f"{vehicle_id!r} is not a valid vehicle id; use up to 40 letters, digits, - and _")
+            raise ValueError(f"invalid vehicle id: {vehicle_id!r}. Use up to 40 letters, digits, - and _")
         conversation = self._conversation(vehicle_id)
-        seat = VehicleSession(solver, conversation, lambda now: self._publish(vehicle_id, now))
-        self._seats.add(vehicle_id, seat)
+        session = VehicleSession(solver, conversation, lambda now: self._publish(vehicle_id, now))
+        self._sessions.add(vehicle_id, session)
         self._solvers[vehicle_id] = solver
         self._link.send(SocketMessage(Topic.HELLO, vehicle_id, (name or vehicle_id).encode()))
-        return seat
+        return session
 
     def show_scenery(self, vehicle_id: str, scenery: Mapping[str, Any]) -> None:
-        """Send the static part of the view from above, at the start and whenever the route changes."""
+        """Send the static part of the view from above, at the start and after every change of the route."""
         self._link.send(SocketMessage(Topic.SCENERY, vehicle_id, _json(scenery)))
 
     def show_view(self, vehicle_id: str, view: Mapping[str, Any]) -> None:
@@ -77,11 +82,11 @@ class PassengerGateway:
         self._link.send(SocketMessage(Topic.PICTURE, vehicle_id, jpeg))
 
     def leave(self, vehicle_id: str) -> None:
-        """End the vehicle's ride. Its page says so and stays."""
+        """End the vehicle's ride. Its page stays open and displays the end."""
         self._link.send(SocketMessage(Topic.BYE, vehicle_id))
 
     def close(self) -> None:
-        """Send what is left and disconnect from the server."""
+        """Send the queued frames and disconnect from the server."""
         self._link.close()
 
     def __enter__(self) -> PassengerGateway:
@@ -105,9 +110,9 @@ class PassengerGateway:
         self._link.send(SocketMessage(Topic.NOW, vehicle_id, now.model_dump_json().encode()))
 
     def _receive(self, frame: SocketMessage) -> None:
-        """Handle a command from the server, on the link's own thread; the solver accepts it from any thread."""
+        """Handle a command from the server, on the link's own thread. The solver accepts it from any thread."""
         if frame.topic is Topic.COMMAND:
-            outcome = self._seats.take(frame.vehicle, PersonCommand.model_validate_json(frame.payload))
+            outcome = self._sessions.take(frame.vehicle, PersonCommand.model_validate_json(frame.payload))
             self._link.send(SocketMessage(Topic.OUTCOME, frame.vehicle, outcome.model_dump_json().encode()))
 
 

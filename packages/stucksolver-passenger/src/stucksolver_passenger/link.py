@@ -1,4 +1,4 @@
-"""The vehicle's end of the socket to the server. Nothing here ever makes the control loop wait."""
+"""The vehicle's end of the socket to the server. It never blocks the control loop."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ from stucksolver_passenger.socket_frames import (
 )
 
 CONNECT_S = 5.0
+"""Time limit of the connection (s). Ours."""
 NEWEST_ONLY = frozenset({Topic.NOW, Topic.VIEW, Topic.PICTURE})
 CLOSE_S = 1.0
-"""Time for sending the rest when the link is closed."""
+"""Time limit for sending the remaining frames at the end (s). Ours."""
 
 
 class LinkError(RuntimeError):
-    """The server cannot be reached. The message says which address was tried."""
+    """The server cannot be reached. The message contains the address."""
 
 
 class Link:
-    """Sends and receives frames. An unsent frame is replaced by a newer one of its kind.
+    """Sends and receives frames. A newer frame replaces an unsent one of its kind.
 
-    `receive` is called by the link's own thread. If the server goes away, the link falls silent and the vehicle drives
-    on.
+    The link's own thread calls `receive`. If the server disconnects, the link stops sending and the vehicle drives on.
 
     Raises:
         LinkError: The server cannot be reached.
@@ -49,14 +49,14 @@ class Link:
             self._socket.connect(str(address))
         except OSError as error:
             self._socket.close()
-            raise LinkError(f"no passenger server at {address}: {error}; start it first") from error
+            raise LinkError(f"no passenger server at address: {address}: {error}. Start it first") from error
         self._socket.settimeout(None)
         self._sender = threading.Thread(target=self._send_all, name="passenger-send", daemon=True)
         self._sender.start()
         threading.Thread(target=self._receive_all, name="passenger-receive", daemon=True).start()
 
     def send(self, frame: SocketMessage) -> None:
-        """Queue a frame; returns at once."""
+        """Queue a frame without blocking."""
         with self._more:
             if not self._open:
                 return
@@ -65,21 +65,22 @@ class Link:
             self._more.notify()
 
     def close(self) -> None:
-        """Send what is left and disconnect."""
+        """Send the queued frames and disconnect."""
         with self._more:
             self._open = False
             self._more.notify()
         self._sender.join(CLOSE_S)
-        self._hang_up()
+        self._shut_down()
 
     def _send_all(self) -> None:
+        # A broken connection ends the sending; the vehicle drives on without the server.
         with contextlib.suppress(OSError):
-            while (frames := self._taken()) is not None:
+            while (frames := self._next_frames()) is not None:
                 self._socket.sendall(b"".join(frame.packed() for frame in frames))
         self._drop()
 
-    def _taken(self) -> list[SocketMessage] | None:
-        """Return the frames to send now, in order; None if the link is closed and nothing is left."""
+    def _next_frames(self) -> list[SocketMessage] | None:
+        """Return the frames to send now, in order; None if the link is closed and the queue is empty."""
         with self._more:
             while self._open and not self._waiting:
                 self._more.wait()
@@ -88,6 +89,7 @@ class Link:
             return frames or None
 
     def _receive_all(self) -> None:
+        # A broken connection or an invalid frame ends the receiving; the vehicle drives on without the server.
         with contextlib.suppress(OSError, EOFError, SocketMessageError):
             while True:
                 self._receive(unpacked(self._read(body_length(self._read(LENGTH_BYTES)))))
@@ -110,7 +112,8 @@ class Link:
             self._waiting.clear()
             self._more.notify()
 
-    def _hang_up(self) -> None:
+    def _shut_down(self) -> None:
+        # The server may have disconnected already.
         with contextlib.suppress(OSError):
             self._socket.shutdown(socket.SHUT_RDWR)
         self._socket.close()

@@ -1,4 +1,4 @@
-"""Ready answers: what a passenger may want to say in this situation, one press each."""
+"""Quick replies: probable utterances of a passenger in this situation, one button each."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from stucksolver.solver.state_machine.state import Executing, State
 from stucksolver_passenger.api_types import QuickReply, QuickReplyKind
 
 STOP_WORDS = "stop"
-"""What the button Stop says to the solver. In every situation it is read as a call to stay."""
+"""Utterance of the button Stop. The interpretation is a request to stay, in every situation."""
 YES = QuickReply(does=QuickReplyKind.YES, label="Yes")
 NO = QuickReply(does=QuickReplyKind.NO, label="No")
 
@@ -27,11 +27,13 @@ DRIVE_ON = _says("Please drive on")
 NEVER_MIND = _says("Never mind, stop that")
 ALL = (WAIT, ROUND, OVERTAKE, BEHIND, OTHER_WAY, PULL_OVER, DRIVE_ON, NEVER_MIND)
 NEAR_M = 45.0
+"""Longitudinal distance within which objects get quick replies (m). Ours."""
 MOVING_MPS = 0.5
+"""Speed from which a vehicle counts as moving (m/s). Ours."""
 
 
 def ready_answers(state: State, question: Question | None, scene: Scene | None) -> tuple[QuickReply, ...]:
-    """Return the answers to the passenger's open question, or else what may be asked for now."""
+    """Return the replies to the open question to the passenger, or else the requests that are possible now."""
     if question is not None and question.to == "passenger" and question.kind is not QuestionKind.ADVICE:
         return (YES, NO)
     if isinstance(state.activity, Executing):

@@ -1,7 +1,7 @@
 """The messages on the socket between a vehicle's process and the server: a topic, a vehicle, and bytes.
 
-A frame is four bytes of length (big-endian), then a line `TOPIC VEHICLE`, then the payload: JSON, or a JPEG
-image. The server forwards JSON unchanged and encodes images for the pages, so that the vehicle's process need not.
+A frame is four bytes of length (big-endian), then a line `TOPIC VEHICLE`, then the payload: JSON, or a JPEG image. The
+server forwards JSON unchanged and encodes images for the pages, which saves work in the vehicle's process.
 """
 
 from __future__ import annotations
@@ -11,27 +11,27 @@ from enum import Enum
 
 LENGTH_BYTES = 4
 LONGEST = 4_000_000
-"""Bytes of a frame: many times the scenery of a long route. Anything longer is not ours."""
+"""Longest frame (bytes): many times the scenery of a long route. Ours."""
 
 
 class SocketMessageError(ValueError):
-    """The bytes are not a frame. The message says what is wrong with them."""
+    """The bytes are not a frame. The message describes the error."""
 
 
 class Topic(str, Enum):
-    """The subject of a frame. Of `NOW`, `VIEW` and `PICTURE` only the newest counts."""
+    """Subject of a frame. For `NOW`, `VIEW` and `PICTURE` only the newest frame counts."""
 
     HELLO = "hello"
-    """A vehicle joins, with its name as text. It is also sent to pages: what they show belongs to an earlier drive."""
+    """A vehicle joins, with its name as text. Pages get it too, because their content belongs to an earlier drive."""
     SCENERY = "scenery"
     """The static part of the view from above."""
     NOW = "now"
     VIEW = "view"
     PICTURE = "picture"
     COMMAND = "command"
-    """To the vehicle: a person's command."""
+    """A person's command to the vehicle."""
     OUTCOME = "outcome"
-    """From the vehicle: the result of a command."""
+    """The result of a command from the vehicle."""
     BYE = "bye"
 
 
@@ -44,32 +44,32 @@ class SocketMessage:
     payload: bytes = b""
 
     def packed(self) -> bytes:
-        """The frame as bytes."""
+        """Return the frame as bytes."""
         body = f"{self.topic.value} {self.vehicle}\n".encode() + self.payload
         return len(body).to_bytes(LENGTH_BYTES, "big") + body
 
 
 def body_length(head: bytes) -> int:
-    """Return the number of bytes that follow a frame's first four.
+    """Return the number of bytes that follow the first four bytes of a frame.
 
     Raises:
-        FrameError: The frame is too long.
+        SocketMessageError: The frame is too long.
     """
     length = int.from_bytes(head, "big")
     if not 0 < length <= LONGEST:
-        raise SocketMessageError(f"a frame of {length} bytes; at most {LONGEST} are read")
+        raise SocketMessageError(f"frame too long: {length} bytes, at most {LONGEST}")
     return length
 
 
 def unpacked(body: bytes) -> SocketMessage:
-    """Return the frame in the bytes after its length.
+    """Return the frame from the bytes after its length.
 
     Raises:
-        FrameError: The bytes are not a frame.
+        SocketMessageError: The bytes are not a frame.
     """
     head, _, payload = body.partition(b"\n")
     topic, _, vehicle = head.decode("utf-8", "replace").partition(" ")
     try:
         return SocketMessage(Topic(topic), vehicle, payload)
     except ValueError as error:
-        raise SocketMessageError(f"unknown topic {topic!r}") from error
+        raise SocketMessageError(f"unknown topic: {topic!r}") from error

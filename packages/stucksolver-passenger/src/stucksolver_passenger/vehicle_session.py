@@ -1,4 +1,4 @@
-"""One vehicle at the desk: forwards people's words to its solver, and its state to people."""
+"""One vehicle of the gateway: forwards utterances to its solver, and its state to people."""
 
 from __future__ import annotations
 
@@ -26,32 +26,39 @@ from stucksolver_passenger.sentences.questions import question_text
 from stucksolver_passenger.status_summary import OVER, StatusSummary, mind
 
 TELL_EVERY_S = 0.25
-"""By the vehicle's clock: interval at which everything is sent again."""
+"""Interval between two reports of the state (s, the vehicle's clock). Ours."""
 LOOK_EVERY_S = 1.0
-"""Interval between two scenes made only for the page."""
+"""Interval between two scenes made only for the page (s). Ours."""
 SHOWN_LINES = 40
+"""Number of lines of the conversation in a report. Ours."""
 WAITING_WORDS = 8
-"""Sentences that may wait, one per tick; further ones are refused with a message."""
+"""Maximum number of waiting sentences, one per tick. Further ones are rejected with a message. Ours."""
 HOLD_S = 5.0
-"""After a passenger has called a stop, others are not heard for this long, so that nobody overrules it at once."""
+"""Time after a passenger's stop during which utterances of others are rejected (s).
+
+Otherwise they could overrule it at once. Ours.
+"""
 MOVING_MPS = 0.5
-"""Below this speed the car stands."""
+"""Speed below which the car counts as stopped (m/s). Ours."""
 LONGEST_WORD = 45
-"""Longest word accepted (characters): as in English dictionaries. The reader has never seen longer input and may take
-it for a yes.
+"""Longest word in an utterance (characters): as in English dictionaries.
+
+The interpreter was not trained on longer words and may take them for a yes.
 """
 CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f\u200b-\u200f\u202a-\u202e\u2066-\u2069\ufeff]+")
 """Control and direction marks, which could disguise a line."""
-HEARD = "Heard."
+ACCEPTED_REPLY = "Heard."
 READ_S = 6.0
-"""Words that the solver has not read after this time are dropped (s): its own limit is 5 s."""
+"""Time after which an utterance without an interpretation is dropped (s). The solver's own limit is 5 s."""
 
 
 class VehicleSession:
-    """Made by `Desk.add`. Call `tick` once per tick, after `StuckSolver.step`, from the thread that calls `step`.
+    """Made by `PassengerGateway.add`.
 
-    `take` may be called from any thread. The solver gets at most one sentence per tick, so that none replaces another
-    unread; a stop goes before all others.
+    Call `tick` once per tick, after `StuckSolver.step`, from the thread that calls `step`.
+
+    Any thread may call `take`. The solver gets at most one sentence per tick, so that none replaces another one before
+    its interpretation. A stop precedes all other utterances.
     """
 
     def __init__(
@@ -67,10 +74,10 @@ class VehicleSession:
         self._wall_s = wall_s
         self._words: queue.Queue[tuple[str, str]] = queue.Queue(WAITING_WORDS)
         self._stop = False
-        self._given: tuple[int, float] | None = None
-        """Number of readings when the solver last got words, and the time; None once they are read."""
+        self._pending_utterance: tuple[int, float] | None = None
+        """Number of interpretations at the solver's last utterance, and its time; None after its interpretation."""
         self._speaking = ""
-        """The client whose words the solver got last."""
+        """The client of the solver's last utterance."""
         self._stopped_by = ""
         self._stopped_s = -HOLD_S
         self._scene: Scene | None = None
@@ -79,22 +86,22 @@ class VehicleSession:
         self._ended = False
 
     def tick(self, status: Status, look: Callable[[], Scene | None] | None = None) -> None:
-        """Forward words and send the state to people.
+        """Forward utterances, and send the state to people.
 
         Args:
             status: The vehicle's status.
             look: Makes a scene; called once a second.
         """
         if status_implausibility(status) is not None:
-            # The solver reports it. People can still stop the vehicle.
-            self._hand_on()
-            self._consent()
+            # The solver reports the invalid status. People can still stop the vehicle.
+            self._forward_utterance()
+            self._answer_from_guidance()
             return
         self._time_s = status.time_s
         self._conversation.progress_m = status.progress_m
         self._conversation.moving = status.speed_mps > MOVING_MPS
-        self._hand_on()
-        self._consent()
+        self._forward_utterance()
+        self._answer_from_guidance()
         if look is not None and status.time_s - self._looked_s >= LOOK_EVERY_S:
             self._looked_s = status.time_s
             self._scene = look()
@@ -103,7 +110,7 @@ class VehicleSession:
             self._publish(self.now(status))
 
     def end(self) -> None:
-        """End the ride and tell people so."""
+        """End the ride and inform people."""
         self._ended = True
         self._conversation.tell(OVER.thought, self._time_s)
         self._publish(self.now(Status(time_s=self._time_s, speed_mps=0.0, progress_m=0.0)))
@@ -129,11 +136,11 @@ class VehicleSession:
     # ---- commands
 
     def take(self, command: PersonCommand) -> CommandResult:
-        """Carry out a person's command, or say why not."""
+        """Execute a person's command, or return why not."""
         if self._ended:
             return CommandResult(number=command.number, taken=False, told="The ride is over.")
-        taken, told = self._taken(command)
-        return CommandResult(number=command.number, taken=taken, told=told)
+        taken, reply = self._taken(command)
+        return CommandResult(number=command.number, taken=taken, told=reply)
 
     def _taken(self, command: PersonCommand) -> tuple[bool, str]:
         if command.kind is CommandKind.SAY:
@@ -142,7 +149,7 @@ class VehicleSession:
             self._stopped(command.client)
             self._stop = True
             self._conversation.add_utterance(_speaker(command), STOP_WORDS, self._time_s)
-            return True, HEARD
+            return True, ACCEPTED_REPLY
         if command.kind in (CommandKind.YES, CommandKind.NO):
             return self._answer(command)
         return self._call(command)
@@ -153,21 +160,22 @@ class VehicleSession:
             return False, "You did not say anything."
         if any(len(word) > LONGEST_WORD for word in text.split()):
             return False, "I did not understand that."
-        if alarm(text) is not None:  # a call to stop waits for nobody's words, and none are too many for it
+        if alarm(text) is not None:  # a call to stop does not queue behind other utterances and has no limit
             self._stopped(command.client)
             self._speaking = command.client
             self._drop_waiting()
             self._solver.guide(text)
             self._conversation.add_utterance(_speaker(command), text, self._time_s)
-            return True, HEARD
+            return True, ACCEPTED_REPLY
         if self._held(command.client):
             return False, "Somebody else has just told me to stop. I will listen to others again in a few seconds."
         try:
             self._words.put_nowait((text, command.client))
         except queue.Full:
+            # The sender gets a sentence, so no utterance is lost silently.
             return False, "That is too much at once. Please wait a moment."
         self._conversation.add_utterance(_speaker(command), text, self._time_s)
-        return True, HEARD
+        return True, ACCEPTED_REPLY
 
     def _answer(self, command: PersonCommand) -> tuple[bool, str]:
         yes = command.kind is CommandKind.YES
@@ -177,12 +185,16 @@ class VehicleSession:
         try:
             answer(command.question_id, command.by)
         except QuestionError as error:
+            # The question may have closed meanwhile; the sender gets the reason.
             return False, f"I can't take that answer: {error}."
         self._conversation.add_utterance(_speaker(command), "Yes" if yes else "No", self._time_s)
-        return True, HEARD
+        return True, ACCEPTED_REPLY
 
     def _call(self, command: PersonCommand) -> tuple[bool, str]:
-        """A call for help or an operator's words: lines of the conversation, nothing for the solver."""
+        """Handle a call for help or an operator's message.
+
+        They are lines of the conversation and do not reach the solver.
+        """
         if command.kind is CommandKind.HELP:
             self._conversation.add_utterance(_speaker(command), "I need help", self._time_s)
             self._conversation.tell("I have called the operator for you.", self._time_s)
@@ -191,12 +203,12 @@ class VehicleSession:
         if not text:
             return False, "There is nothing to tell."
         self._conversation.add_utterance(Speaker.OPERATOR, text, self._time_s)
-        return True, HEARD
+        return True, ACCEPTED_REPLY
 
     # ---- called from the control loop
 
-    def _hand_on(self) -> None:
-        """Give one sentence to the solver; a stop comes first and drops the waiting ones."""
+    def _forward_utterance(self) -> None:
+        """Pass one sentence to the solver. A stop comes first and drops the waiting ones."""
         stays, self._conversation.stays = self._conversation.stays, None
         if stays in (GuidanceIntent.WAIT, GuidanceIntent.CANCEL):
             self._stopped(self._speaking)
@@ -204,36 +216,42 @@ class VehicleSession:
             self._stop = False
             self._drop_waiting()
             self._speaking = self._stopped_by
-            self._give(STOP_WORDS)
-        elif not self._reading():
+            self._guide(STOP_WORDS)
+        elif not self._is_interpreting():
+            # Without a waiting utterance there is nothing to do.
             with contextlib.suppress(queue.Empty):
                 text, self._speaking = self._words.get_nowait()
-                self._give(text)
+                self._guide(text)
 
-    def _consent(self) -> None:
-        """Answer a question that the passenger's own words have already answered."""
+    def _answer_from_guidance(self) -> None:
+        """Answer a question that the passenger's own utterance has already answered."""
         question = self._solver.pending_question
         if question is not None and implies_approval(self._solver.state.reading, question):
+            # The question may have closed since the check.
             with contextlib.suppress(QuestionError):
                 self._solver.approve(question.id, "passenger")
 
-    def _give(self, text: str) -> None:
-        """The next words wait until the solver has read these, so that a stop is known to be the speaker's."""
-        self._given = (self._conversation.readings, self._wall_s())
+    def _guide(self, text: str) -> None:
+        """Pass a sentence to the solver.
+
+        The next one waits until this one is interpreted, so that a resulting stop belongs to a known client.
+        """
+        self._pending_utterance = (self._conversation.readings, self._wall_s())
         self._solver.guide(text)
 
     def _drop_waiting(self) -> None:
-        """Drop words that wait: they were said before a stop was called."""
+        """Drop waiting utterances, because they precede the stop."""
+        # The loop ends when the queue is empty.
         with contextlib.suppress(queue.Empty):
             while True:
                 self._words.get_nowait()
 
-    def _reading(self) -> bool:
-        if self._given is not None:
-            readings, since_s = self._given
+    def _is_interpreting(self) -> bool:
+        if self._pending_utterance is not None:
+            readings, since_s = self._pending_utterance
             if self._conversation.readings > readings or self._wall_s() - since_s > READ_S:
-                self._given = None
-        return self._given is not None
+                self._pending_utterance = None
+        return self._pending_utterance is not None
 
     def _stopped(self, client: str) -> None:
         self._stopped_by, self._stopped_s = client, self._wall_s()
@@ -246,21 +264,21 @@ class VehicleSessions:
     """The vehicles of one process, by id."""
 
     def __init__(self) -> None:
-        self._seats: dict[str, VehicleSession] = {}
+        self._sessions: dict[str, VehicleSession] = {}
 
     def add(self, vehicle_id: str, seat: VehicleSession) -> None:
         """Add a vehicle.
 
         Raises:
-            ValueError: The vehicle is there already.
+            ValueError: The id is already in use.
         """
-        if vehicle_id in self._seats:
-            raise ValueError(f"vehicle {vehicle_id!r} is at the desk already; give each its own id")
-        self._seats[vehicle_id] = seat
+        if vehicle_id in self._sessions:
+            raise ValueError(f"vehicle id already in use: {vehicle_id!r}. Give each vehicle its own id")
+        self._sessions[vehicle_id] = seat
 
     def take(self, vehicle_id: str, command: PersonCommand) -> CommandResult:
         """Pass a command to its vehicle."""
-        seat = self._seats.get(vehicle_id)
+        seat = self._sessions.get(vehicle_id)
         if seat is None:
             return CommandResult(number=command.number, taken=False, told="There is no such vehicle.")
         return seat.take(command)

@@ -159,7 +159,7 @@ def test_memory_file_lost_during_run_does_not_disturb_solver(taught, tmp_path):
         reasoner, ear = memory.before(limits=LIMITS), memory.ear("car-1")
         events = driven(blocked_road(), 20.0, reader=READER, reasoner=reasoner, on_event=ear)
     assert questions(events) == 1 and EventKind.FAULT not in kinds(events)
-    assert memory.fault is not None and "cannot be written" in str(memory.fault)
+    assert memory.fault is not None and "is not writable" in str(memory.fault)
 
 
 def test_a_record_replays_without_the_memory(taught, tmp_path):

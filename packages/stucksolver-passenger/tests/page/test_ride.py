@@ -64,8 +64,8 @@ def answered(url, token):
 @pytest.mark.parametrize(
     ("arguments", "why"),
     [
-        (["--listen", "everywhere"], "not an address to listen at"),
-        (["--cert", "x.pem"], "go together"),
+        (["--listen", "everywhere"], "not an address of this machine"),
+        (["--cert", "x.pem"], "must be given together"),
         (["--ladder", "nowhere.toml"], "no ladder"),
         (["--map", "no_such_town"], "no_such_town"),
         (["--driver", "nobody"], "unknown driver"),

@@ -48,7 +48,7 @@ def test_what_is_no_token_of_ours_opens_nothing(token):
 
 @pytest.mark.parametrize("vehicle", ["", "a b", "../x", "a.b", "x" * 41, "-a", "\u00fc"])
 def test_a_vehicle_with_a_strange_name_has_no_token(vehicle):
-    with pytest.raises(ValueError, match="not a valid vehicle id"):
+    with pytest.raises(ValueError, match="invalid vehicle id"):
         TOKENS.passenger(vehicle)
 
 

@@ -67,7 +67,7 @@ def test_event_kinds_are_either_handled_or_silent():
 
 def test_sentence_unknown_need_raises_error():
     """A requirement without a sentence raises an error and is not skipped."""
-    with pytest.raises(KeyError, match="add it to NEEDS"):
+    with pytest.raises(KeyError, match="Add it to NEEDS"):
         needed(("a_new_rule",))
 
 
@@ -111,7 +111,7 @@ def test_who_is_not_in_the_scene_is_somebody():
 
 
 def test_a_verdict_that_rejects_nothing_is_no_reason():
-    with pytest.raises(ValueError, match="rejects nothing"):
+    with pytest.raises(ValueError, match="contains no rejection"):
         rejection_sentence(Verdict(), None)
 
 

@@ -9,7 +9,7 @@ from stucksolver_perception.network_files import DATA
 
 torch = pytest.importorskip("torch", reason="training needs torch")
 pytest.importorskip("onnx", reason="training needs onnx")
-from lab.perception.training.camera.crops_net import SEEN, ExportedCropNet, restored  # noqa: E402
+from lab.perception.training.camera.crops_net import TRUNK_WIDTH, ExportedCropNet, restored  # noqa: E402
 from lab.perception.training.camera.gesture_head_train import fit  # noqa: E402
 from lab.training.restore import RestoreError, mean_of, settle  # noqa: E402
 
@@ -67,7 +67,9 @@ def test_fit_gesture_head_changes_no_other_weights() -> None:
     random = np.random.default_rng(3)
     gestures = torch.from_numpy(random.integers(0, 5, 400))
     # Numbers of very different size, of which a few tell the gesture.
-    seen = torch.from_numpy(random.normal(3.0, 1.0, (400, SEEN)) * random.uniform(0.1, 10.0, SEEN)).float()
+    seen = torch.from_numpy(
+        random.normal(3.0, 1.0, (400, TRUNK_WIDTH)) * random.uniform(0.1, 10.0, TRUNK_WIDTH)
+    ).float()
     seen[torch.arange(400), gestures] += 200.0
     fit(net.gesture, seen, gestures, steps=150)
     with torch.no_grad():

@@ -91,7 +91,7 @@ def test_the_average_lies_between(tmp_path: Path) -> None:
     kept = torch.load(tmp_path / "out" / "lidar.pt", weights_only=True)
     for name, value in restore(SHIPPED).state_dict().items():
         torch.testing.assert_close(kept["weights"][name], value)
-    assert json.loads((tmp_path / "out" / "lab.language.json").read_text(encoding="utf-8"))["averaged"] == 0.3
+    assert json.loads((tmp_path / "out" / "training.json").read_text(encoding="utf-8"))["averaged"] == 0.3
     (tmp_path / "second" / "card.json").unlink()
     with pytest.raises(RestoreError, match=r"card\.json: no card of a training"):
         average(tmp_path / "first" / WEIGHTS, tmp_path / "second" / WEIGHTS, 0.3, tmp_path / "out")
@@ -106,5 +106,5 @@ def test_another_file_is_named(tmp_path: Path, content: bytes | None) -> None:
         shutil.copy(Path(far_detector.__file__).with_name("data") / "far.onnx", file)
     else:
         file.write_bytes(content)
-    with pytest.raises(RestoreError, match=r"lidar\.onnx: no LiDAR network to continue from"):
+    with pytest.raises(RestoreError, match=r"no LiDAR network to continue from: .*lidar\.onnx"):
         restore(file)

@@ -1,16 +1,16 @@
-"""The kinds of actors that carlette knows, under CARLA's ids."""
+"""The kinds of actors of carlette, under CARLA's ids."""
 
 from carlette.blueprints.definitions import Attribute, AttributeType, Definition
-from carlette.blueprints.library import Catalogue, load_catalogue
+from carlette.blueprints.library import Catalog, load_catalog
 from carlette.blueprints.tables import PropModel, VehicleSpec, WalkerModel
 
 __all__ = [
     "Attribute",
     "AttributeType",
-    "Catalogue",
+    "Catalog",
     "Definition",
     "PropModel",
     "VehicleSpec",
     "WalkerModel",
-    "load_catalogue",
+    "load_catalog",
 ]

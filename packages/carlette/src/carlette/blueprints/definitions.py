@@ -30,7 +30,7 @@ class Attribute:
 
 @dataclass(frozen=True)
 class Definition:
-    """One kind of actor that a client can ask for."""
+    """One kind of actor that a client can spawn."""
 
     id: str
     attributes: tuple[Attribute, ...]
@@ -43,30 +43,30 @@ class Definition:
 
 
 def text(id: str, value: str) -> Attribute:
-    """A fixed text attribute."""
+    """Return a fixed text attribute."""
     return Attribute(id, AttributeType.STRING, value)
 
 
 def integer(id: str, value: int) -> Attribute:
-    """A fixed integer attribute."""
+    """Return a fixed integer attribute."""
     return Attribute(id, AttributeType.INT, str(value))
 
 
 def flag(id: str, value: bool) -> Attribute:
-    """A fixed boolean attribute."""
+    """Return a fixed boolean attribute."""
     return Attribute(id, AttributeType.BOOL, str(value).lower())
 
 
 def number(id: str, value: float, *, modifiable: bool = False) -> Attribute:
-    """A float attribute."""
+    """Return a float attribute."""
     return Attribute(id, AttributeType.FLOAT, f"{value:g}", is_modifiable=modifiable)
 
 
 def option(id: str, type: AttributeType, value: str, *recommended: str) -> Attribute:
-    """An attribute that the client may set freely."""
+    """Return an attribute that the client may set to any value."""
     return Attribute(id, type, value, recommended, is_modifiable=True)
 
 
 def role_name(value: str, *recommended: str) -> Attribute:
-    """The role name, which every actor has; scenario code finds its actors by it."""
+    """Return the role name, which every actor has. Scenario code finds its actors by it."""
     return option("role_name", AttributeType.STRING, value, *recommended)

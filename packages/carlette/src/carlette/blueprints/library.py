@@ -32,31 +32,31 @@ COLORS = ("255,255,255", "17,17,17", "88,88,88", "180,44,44", "22,62,120", "178,
 BIKE_COLORS = ("0,0,0", "120,20,20", "30,70,140")
 POLICE_COLORS = ("255,255,255",)
 GESTURES = ("none", "stop", "go", "slow")
-"""What a flagger can show; `world.skeleton` holds the poses."""
+"""Signs of a flagger; `world.skeleton` contains the poses."""
 EXTRA = "carlette_extra"
 """Tag and attribute of blueprints that CARLA does not have."""
 
 
 @dataclass(frozen=True)
-class Catalogue:
-    """Everything that can be spawned; definitions are in the order in which the client gets them."""
+class Catalog:
+    """All spawnable actors. The definitions have the order in which the client gets them."""
 
     definitions: dict[str, Definition]
     vehicles: dict[str, VehicleSpec] = field(default_factory=dict)
     props: dict[str, PropModel] = field(default_factory=dict)
     walkers: dict[str, WalkerModel] = field(default_factory=dict)
-    """Pedestrians and animals: everything that takes walker controls."""
+    """Pedestrians and animals: all actors that accept walker controls."""
 
 
 @lru_cache(maxsize=1)
-def load_catalogue() -> Catalogue:
-    """Return the catalogue. It is read once and immutable."""
+def load_catalog() -> Catalog:
+    """Return the catalog. It is read once and is immutable."""
     vehicles = {model.id: model for model in vehicle_models()}
     props = {model.id: model for model in prop_models()}
     walkers = {model.id: model for model in walker_models()}
     animals = {model.id: model for model in animal_models()}
-    # In CARLA's order, as clients list the library by a hash table in which the order of arrival counts: who draws a
-    # vehicle with a seed draws the same one.
+    # The order is CARLA's. Clients list the library by a hash table in which the order of arrival counts, so that a
+    # program that draws a vehicle with a seed draws the same one.
     definitions = [
         *map(vehicle_definition, vehicles.values()),
         *sensor_definitions(),
@@ -66,11 +66,11 @@ def load_catalogue() -> Catalogue:
         mesh_definition(),
         *map(animal_definition, animals.values()),
     ]
-    return Catalogue({definition.id: definition for definition in definitions}, vehicles, props, walkers | animals)
+    return Catalog({definition.id: definition for definition in definitions}, vehicles, props, walkers | animals)
 
 
 def vehicle_definition(model: VehicleSpec) -> Definition:
-    """The blueprint of a vehicle."""
+    """Return the blueprint of a vehicle."""
     colors = POLICE_COLORS if model.special_type == "emergency" else COLORS
     attributes: list[Attribute] = [
         text("base_type", model.base_type),
@@ -91,7 +91,7 @@ def vehicle_definition(model: VehicleSpec) -> Definition:
 
 
 def walker_definition(model: WalkerModel) -> Definition:
-    """The blueprint of a pedestrian."""
+    """Return the blueprint of a pedestrian."""
     attributes = [
         text("gender", model.gender),
         text("age", model.age),
@@ -109,24 +109,25 @@ def walker_definition(model: WalkerModel) -> Definition:
 
 
 def animal_definition(model: WalkerModel) -> Definition:
-    """The blueprint of an animal.
+    """Return the blueprint of an animal.
 
-    Its id does not begin with `walker.`, so that programs that pick one of `walker.*` at random get people, as in
-    CARLA; `carla.command.ApplyWalkerControl` moves it all the same.
+    Its id does not begin with `walker.`, so that programs that draw one of `walker.*` get people, as in CARLA.
+    `carla.command.ApplyWalkerControl` moves it all the same.
     """
     attributes = [role_name("animal"), option("is_invincible", AttributeType.BOOL, "true"), _speed(model)]
     return _definition(model.id, attributes, model.is_extra)
 
 
 def prop_definition(model: PropModel) -> Definition:
-    """The blueprint of a static prop."""
+    """Return the blueprint of a static prop."""
     size_m = max(model.length_m, model.width_m, model.height_m)
     return _definition(model.id, [role_name("prop"), text("size", _size_class(size_m))], model.is_extra)
 
 
 def mesh_definition() -> Definition:
-    """A prop whose mesh the client names; carlette has no such meshes and shows a box with half sizes of half a
-    metre.
+    """Return a prop whose mesh the client names.
+
+    carlette has no such meshes and shows a box with half sizes of half a meter.
     """
     return Definition(
         "static.prop.mesh",
@@ -146,7 +147,7 @@ def _definition(id: str, attributes: list[Attribute], is_extra: bool) -> Definit
 
 
 def _speed(model: WalkerModel) -> Attribute:
-    """Speeds of standing, walking and running (m/s), in the order that traffic generators expect."""
+    """Return the speeds of standing, walking and running (m/s), in the order that traffic generators expect."""
     walk, run = f"{model.walk_mps:g}", f"{model.run_mps:g}"
     return Attribute("speed", AttributeType.FLOAT, walk, ("0", walk, run), True)
 

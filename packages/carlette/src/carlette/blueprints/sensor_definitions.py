@@ -1,6 +1,6 @@
 """The sensors' blueprints, with CARLA's attributes and defaults (its `Docs/ref_sensors.md`, 0.9.15).
 
-`carlette.sensors` holds the class of each; `docs/carlette-sensors.md` says what an attribute does here.
+`carlette.sensors` contains the class of each; `docs/carlette-sensors.md` describes the effect of each attribute here.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ FLOAT = AttributeType.FLOAT
 STRING = AttributeType.STRING
 
 IN_THE_CLIENT = ("sensor.other.lane_invasion",)
-"""Sensors that the client's library implements by itself: the server sends nothing."""
+"""Sensors that the client's library implements itself. The server sends no data for them."""
 
 _PLACES = ("front", "back", "left", "right", "front_left", "front_right", "back_left", "back_right")
 _TICK = {"sensor_tick": "0.0"}
@@ -21,7 +21,7 @@ _AXES = ("x", "y", "z")
 
 
 def sensor_definitions() -> list[Definition]:
-    """All sensors, in the order in which a client gets them."""
+    """Return all sensors, in the order in which a client gets them."""
     image = {"image_size_x": "800", "image_size_y": "600"}
     return [
         _sensor("sensor.camera.depth", ints=image, floats=_TICK | _LENS),

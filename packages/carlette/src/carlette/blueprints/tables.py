@@ -1,12 +1,12 @@
-"""The physical side of the catalogue, read from the CSV tables beside this file.
+"""The physical side of the catalog, read from the CSV tables beside this file.
 
 Boxes of vehicles, walkers and (where the table says `measured`) props are those of CARLA 0.9.15 and 0.9.16, as
 published by tools that queried the simulator; masses and powers are those of the real objects. Base and special types,
-generations and opening doors follow CARLA's vehicle catalogue
+generations and opening doors follow CARLA's vehicle catalog
 (https://carla.readthedocs.io/en/0.9.16/catalogue_vehicles/), which is the same for 0.9.15 and 0.9.16. So do the lights
 of the second generation. In the first generation, those vehicles have lights that CARLA's page on actors names. The
-catalogue says that they have none, but Bench2Drive's background traffic, which uses only cars with lights, includes
-Audi TTs, Impalas, Mustangs and 2017 Lincolns in published results.
+catalog says that they have none, but Bench2Drive's background traffic, which uses only cars with lights, includes Audi
+TTs, Impalas, Mustangs and 2017 Lincolns in published results.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ class VehicleSpec:
     has_lights: bool
     has_doors: bool
     box: Box
-    """Bounding box. The actor's origin is on the ground, not always exactly below the box's centre."""
+    """Bounding box. The actor's origin is on the ground, not always exactly below the box's center."""
     wheelbase_m: float
     mass_kg: float
     power_kw: float
@@ -40,7 +40,7 @@ class VehicleSpec:
 
     @property
     def is_two_wheeler(self) -> bool:
-        """Bicycles and motorcycles."""
+        """True for bicycles and motorcycles."""
         return self.wheels == 2
 
 
@@ -54,16 +54,16 @@ class PropModel:
     height_m: float
     mass_kg: float
     contact: str
-    """`fixed`: stops a car; `loose`: is pushed away; `passable`: seen, but driven over without contact."""
+    """`fixed`: stops a car; `loose`: is pushed away; `passable`: visible, but driven over without contact."""
     is_extra: bool = False
     offset_y_m: float = 0.0
-    """Lateral offset of the box's centre from the origin: a gate turns about its end."""
+    """Lateral offset of the box's center from the origin (m): a gate turns about its end."""
     lift_m: float = 0.0
-    """Height of the box's lower side."""
+    """Height of the box's lower side (m)."""
 
     @property
     def box(self) -> Box:
-        """Bounding box; the origin lies on the ground."""
+        """Bounding box. The origin is on the ground."""
         half = Vector(self.length_m / 2, self.width_m / 2, self.height_m / 2)
         return Box(Vector(0.0, self.offset_y_m, self.lift_m + half.z), half)
 
@@ -85,7 +85,7 @@ class WalkerModel:
 
 
 def vehicle_models() -> list[VehicleSpec]:
-    """All vehicles, in the order of their ids, carlette's own at the end."""
+    """Return all vehicles, in the order of their ids, carlette's own at the end."""
     return [
         VehicleSpec(
             row["id"],
@@ -110,7 +110,7 @@ def vehicle_models() -> list[VehicleSpec]:
 
 
 def prop_models() -> list[PropModel]:
-    """All static props, carlette's own at the end."""
+    """Return all static props, carlette's own at the end."""
     usual = [PropModel(**_prop(row)) for row in _rows("props.csv")]
     extra = [
         PropModel(**_prop(row), is_extra=True, offset_y_m=float(row["offset_y_m"]), lift_m=float(row["lift_m"]))
@@ -125,7 +125,7 @@ def _prop(row: dict[str, str]) -> dict[str, Any]:
 
 
 def walker_models() -> list[WalkerModel]:
-    """The pedestrians, carlette's own at the end."""
+    """Return the pedestrians, carlette's own at the end."""
     return [
         WalkerModel(
             row["id"],

@@ -1,1 +1,1 @@
-"""Cameras: streets, actors and weather drawn by a software rasteriser that needs no display and no graphics card."""
+"""Cameras: streets, actors and weather drawn by a software rasterizer without a display or a graphics card."""

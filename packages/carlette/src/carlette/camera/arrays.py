@@ -8,4 +8,4 @@ from numpy.typing import NDArray
 Bytes = NDArray[np.uint8]
 Singles = NDArray[np.float32]
 Pixels = NDArray[np.uint32]
-"""One whole colour each."""
+"""Pixels with one whole color each."""

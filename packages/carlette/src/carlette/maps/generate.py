@@ -1,9 +1,11 @@
-"""Writes the maps that ship.
+"""Writes the shipped maps.
 
-    python -m carlette.maps.generate           writes them all
-    python -m carlette.maps.generate --check   fails when a committed file differs
+```sh
+python -m carlette.maps.generate           # writes all maps
+python -m carlette.maps.generate --check   # fails if a committed file differs
+```
 
-The demo town needs the extra `maps`; the others need nothing.
+The demo town needs the extra `maps`; the others need no extra.
 """
 
 from __future__ import annotations
@@ -19,7 +21,7 @@ from carlette.maps.layouts import grid_town, interurban, motorway
 
 
 def demo_town() -> str:
-    """The demo town's text."""
+    """Return the demo town's text."""
     from carlette.maps.layouts.demo_town import town_xml
 
     return town_xml()
@@ -35,8 +37,8 @@ WRITERS: Mapping[str, Callable[[], str]] = {
 
 
 def main(arguments: list[str] | None = None, folder: Path = SHIPPED) -> int:
-    """Run the script; return 1 if `--check` finds a difference."""
-    parser = argparse.ArgumentParser(prog="python -m carlette.maps.generate", description="Writes the maps that ship.")
+    """Run the script. Returns 1 if `--check` finds a difference."""
+    parser = argparse.ArgumentParser(prog="python -m carlette.maps.generate", description="Writes the shipped maps.")
     parser.add_argument("--check", action="store_true", help="compare, do not write")
     check = parser.parse_args(arguments).check
     differing = []
@@ -47,7 +49,7 @@ def main(arguments: list[str] | None = None, folder: Path = SHIPPED) -> int:
         elif not path.exists() or path.read_bytes() != text.encode():
             differing.append(path.name)
     for changed in differing:
-        print(f"{changed} differs: run `python -m carlette.maps.generate`", file=sys.stderr)
+        print(f"{changed} differs. Run `python -m carlette.maps.generate`", file=sys.stderr)
     return 1 if differing else 0
 
 

@@ -1,8 +1,8 @@
 """Traffic lights, their controllers and crosswalks, as OpenDRIVE elements.
 
-Written the way CARLA's own towns are: the light's post stands beside the arm and is valid for no lane there;
-each connecting road refers to it at its start, which is where CARLA makes cars stop. (The library cannot
-write controllers, nor several references to one light, so these elements are made here.)
+They are written as in CARLA's own towns: the light's post is next to the arm and is valid for no lane there. Each
+connecting road refers to it at its start, which is where CARLA makes cars stop. (The library can write neither
+controllers nor several references to one light, so these elements are made here.) The lengths are ours.
 """
 
 from __future__ import annotations
@@ -15,19 +15,23 @@ from carlette.maps.road_chains import RoadEnd
 
 LIGHT_TYPE = "1000001"
 _POST_BEFORE_END_M = 1.5
-_POST_BEHIND_KERB_M = 0.5
+"""Distance of a light's post before the end of its arm (m)."""
+_POST_BEHIND_CURB_M = 0.5
+"""Distance of a post behind the curb (m)."""
 _CROSSWALK_M = (2.0, 5.0)
-_BEYOND_KERB_M = 1.0
+"""Distances of a crosswalk's edges from the end of the arm (m)."""
+_BEYOND_CURB_M = 1.0
+"""Overlap of a crosswalk beyond the curb (m)."""
 
 
 def light(arm: RoadEnd, light_id: int) -> Element:
-    """The post at the right kerb of an arm. `orientation` is the way it faces, as in CARLA's towns."""
+    """Return the post at the right curb of an arm. `orientation` is the direction of its face, as in CARLA's towns."""
     side = -1 if arm.at_end else 1
     post = {
         "name": "Signal_3Light_Post01",
         "id": light_id,
         "s": _station(arm, _POST_BEFORE_END_M),
-        "t": side * (arm.profile.half_width_m + _POST_BEHIND_KERB_M),
+        "t": side * (arm.profile.half_width_m + _POST_BEHIND_CURB_M),
         "zOffset": 0.0,
         "hOffset": 0.0 if arm.at_end else math.pi,
         "roll": 0.0,
@@ -48,29 +52,29 @@ def light(arm: RoadEnd, light_id: int) -> Element:
 
 
 def light_reference(light_id: int) -> Element:
-    """Makes lane -1 of a connecting road obey a light at the road's start."""
+    """Return the reference that makes lane -1 of a connecting road obey a light at the road's start."""
     element = _element("signalReference", {"id": light_id, "s": 0.0, "t": 0.0, "orientation": "-"})
     element.append(_element("validity", {"fromLane": -1, "toLane": -1}))
     return element
 
 
 def controller(number: int, sequence: int, light_id: int) -> Element:
-    """The controller of one light, for the top level of the document."""
+    """Return the controller of one light, for the top level of the document."""
     element = _element("controller", {"name": f"ctrl{number}", "id": number, "sequence": sequence})
     element.append(_element("control", {"signalId": light_id, "type": ""}))
     return element
 
 
 def controller_entry(number: int, sequence: int) -> Element:
-    """A junction's entry for a controller: its place in the cycle."""
+    """Return a junction's entry for a controller: its position in the cycle."""
     return _element("controller", {"id": number, "type": 0, "sequence": sequence})
 
 
 def crosswalk(arm: RoadEnd, number: int) -> Element:
-    """From kerb to kerb, just inside the junction, so that cars which stop at its edge keep off it."""
+    """Return a crosswalk from curb to curb, just inside the junction. Cars that stop at its edge are not on it."""
     ahead = 1 if arm.at_end else -1
     near_m, far_m = (ahead * distance for distance in _CROSSWALK_M)
-    half_m = arm.profile.half_width_m + _BEYOND_KERB_M
+    half_m = arm.profile.half_width_m + _BEYOND_CURB_M
     place = {
         "id": number,
         "name": "ContinentalCrosswalk",
@@ -93,7 +97,7 @@ def crosswalk(arm: RoadEnd, number: int) -> Element:
 
 
 def _station(arm: RoadEnd, before_end_m: float) -> float:
-    """The road's s that lies this far before the junction."""
+    """Return the road's s at this distance before the junction."""
     length_m: float = arm.road.planview.get_total_length()
     return length_m - before_end_m if arm.at_end else before_end_m
 

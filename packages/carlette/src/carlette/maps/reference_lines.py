@@ -1,4 +1,4 @@
-"""Reference lines made of straight pieces and arcs, in the map's right-handed frame (metres, radians)."""
+"""Reference lines made of straight pieces and arcs, in the map's right-handed frame (meters, radians)."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 _STRAIGHT_RAD = 1e-9
+"""Change of heading below which a segment is straight (rad)."""
 _SHORTEST_M = 1e-6
+"""Shortest segment (m)."""
 
 
 @dataclass(frozen=True)
@@ -20,19 +22,19 @@ class Segment:
 
 @dataclass(frozen=True)
 class Pose2D:
-    """A point with a heading, counter-clockwise from the x axis."""
+    """A point with a heading, counterclockwise from the x axis."""
 
     x: float
     y: float
     yaw_rad: float
 
     def moved(self, ahead_m: float, left_m: float = 0.0) -> Pose2D:
-        """The pose beside and ahead of this one, with the same heading."""
+        """Return the pose at an offset from this one, with the same heading."""
         cos, sin = math.cos(self.yaw_rad), math.sin(self.yaw_rad)
         return Pose2D(self.x + ahead_m * cos - left_m * sin, self.y + ahead_m * sin + left_m * cos, self.yaw_rad)
 
     def reversed(self) -> Pose2D:
-        """The same point, looking back."""
+        """Return the same point in the opposite direction."""
         return Pose2D(self.x, self.y, self.yaw_rad + math.pi)
 
     def after(self, segment: Segment) -> Pose2D:
@@ -53,14 +55,14 @@ def end_of(start: Pose2D, segments: Iterable[Segment]) -> Pose2D:
 
 
 def arc(radius_m: float, turn_rad: float) -> Segment:
-    """A bend of this radius; a positive turn is to the left."""
+    """Return a bend of this radius; a positive turn is to the left."""
     return Segment(radius_m * abs(turn_rad), math.copysign(1.0 / radius_m, turn_rad))
 
 
 def connect(start: Pose2D, end: Pose2D) -> list[Segment]:
-    """The line, arc and line that lead from one pose to another without a kink.
+    """Return the line, arc and line that lead from one pose to another without a kink.
 
-    Raises ValueError where no such line exists: the poses are parallel but not in line, or face away.
+    Raises `ValueError` if no such line exists: the poses are parallel but not in line, or face away.
     """
     turn_rad = math.remainder(end.yaw_rad - start.yaw_rad, 2 * math.pi)
     dx, dy = end.x - start.x, end.y - start.y
@@ -81,17 +83,18 @@ def connect(start: Pose2D, end: Pose2D) -> list[Segment]:
 
 
 def lead(start: Pose2D, end: Pose2D) -> list[Segment]:
-    """A smooth line from one pose to another: `connect` where that is possible, else two arcs."""
+    """Return a smooth line from one pose to another: `connect` if that is possible, else two arcs."""
     try:
         return connect(start, end)
     except ValueError:
+        # No single arc connects the poses.
         return two_arcs(start, end)
 
 
 def two_arcs(start: Pose2D, end: Pose2D) -> list[Segment]:
-    """Two arcs that meet without a kink (a biarc with equal tangent lengths).
+    """Return two arcs that meet without a kink (a biarc with equal tangent lengths).
 
-    Raises ValueError where the poses coincide, the end lies straight behind the start, or one arc would be a point.
+    Raises `ValueError` if the poses coincide, the end is straight behind the start, or one arc would be a point.
     """
     dx, dy = end.x - start.x, end.y - start.y
     cos0, sin0, cos1, sin1 = (f(a) for a in (start.yaw_rad, end.yaw_rad) for f in (math.cos, math.sin))
@@ -112,7 +115,7 @@ def two_arcs(start: Pose2D, end: Pose2D) -> list[Segment]:
 
 
 def _arc_to(start: Pose2D, x: float, y: float) -> Segment:
-    """The arc (or line) that leaves `start` along its heading and ends in a point."""
+    """Return the arc (or line) that leaves `start` along its heading and ends in a point."""
     dx, dy = x - start.x, y - start.y
     ahead_m = dx * math.cos(start.yaw_rad) + dy * math.sin(start.yaw_rad)
     left_m = dy * math.cos(start.yaw_rad) - dx * math.sin(start.yaw_rad)

@@ -1,4 +1,4 @@
-"""Roads outside junctions: a chain of them between two junctions, and the arms they offer to each."""
+"""Roads outside junctions: a chain of them between two junctions, and the arms at each."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ class RoadEnd:
 
     road: xodr.Road
     at_end: bool
-    """Whether the road ends (else: starts) at the junction."""
+    """True if the road ends at the junction, False if it starts there."""
     pose: Pose2D
-    """The end of the reference line, looking into the junction."""
+    """The end of the reference line, directed into the junction."""
     profile: RoadCrossSection
 
     def incoming(self, position: int) -> int:
-        """The id of the `position`-th lane into the junction, counted from the centre line."""
+        """Return the id of the `position`-th lane into the junction, counted from the center line."""
         return -position if self.at_end else position
 
     def outgoing(self, position: int) -> int:
-        """The id of the `position`-th lane out of the junction, counted from the centre line."""
+        """Return the id of the `position`-th lane out of the junction, counted from the center line."""
         return -self.incoming(position)
 
 
 @dataclass(frozen=True)
 class RoadChain:
-    """Roads one after the other, named alike."""
+    """Consecutive roads with the same name."""
 
     roads: list[xodr.Road]
     first: RoadEnd
@@ -47,7 +47,7 @@ def chain(
     profile: RoadCrossSection,
     junctions: tuple[int, int],
 ) -> RoadChain:
-    """One road for each segment, linked end to start, between the junctions with the two ids."""
+    """Return one road for each segment, linked end to start, between the junctions with the two ids."""
     roads = []
     for index, (road_id, segment) in enumerate(zip(ids, segments, strict=True)):
         is_first, is_last = index == 0, index == len(segments) - 1
@@ -70,7 +70,7 @@ def chain(
 def road_along(
     road_id: int, name: str, start: Pose2D, segments: list[Segment], lanes: xodr.Lanes, junction: int = -1
 ) -> xodr.Road:
-    """A flat road along the segments; `junction` is the id of the junction it lies in."""
+    """Return a flat road along the segments. `junction` is the id of its junction."""
     line = xodr.PlanView(start.x, start.y, start.yaw_rad)
     for segment in segments:
         if segment.curvature:

@@ -1,4 +1,4 @@
-"""Signalised junctions: connecting roads, and a light with its own phase and a crosswalk for each arm."""
+"""Signalized junctions: connecting roads, and a light with its own phase and a crosswalk for each arm."""
 
 from __future__ import annotations
 
@@ -16,11 +16,12 @@ from carlette.maps.road_chains import RoadEnd, road_along
 
 _LIGHT_ID, _CONTROLLER_ID, _CROSSWALK_ID = 50, 60, 70
 _STRAIGHT_RAD = math.radians(30)
+"""Change of heading up to which a movement is straight on (rad). Ours."""
 
 
 @dataclass
 class SignalisedJunction:
-    """A junction with its parts; ids count up from the junction's own."""
+    """A junction with its parts. The ids count up from the junction's own."""
 
     number: int
     arms: list[RoadEnd]
@@ -36,7 +37,7 @@ class SignalisedJunction:
                     self._join(incoming, outgoing)
 
     def roadside(self) -> Iterator[tuple[int, str, Element]]:
-        """Yield what is placed beside or painted on roads: (road id, `objects` or `signals`, element)."""
+        """Yield the objects and markings of the roads: (road id, `objects` or `signals`, element)."""
         for place, arm in enumerate(self.arms):
             yield arm.road.id, "objects", opendrive_objects.crosswalk(arm, self.number + _CROSSWALK_ID + place)
             yield arm.road.id, "signals", opendrive_objects.light(arm, self._light_id(arm))
@@ -44,7 +45,7 @@ class SignalisedJunction:
             yield road_id, "signals", opendrive_objects.light_reference(self._light_id(arm))
 
     def controllers(self) -> Iterator[tuple[Element, Element]]:
-        """Each arm's controller, and the junction's entry for it."""
+        """Yield each arm's controller, and the junction's entry for it."""
         for sequence, arm in enumerate(self.arms):
             number = self.number + _CONTROLLER_ID + sequence
             entry = opendrive_objects.controller_entry(number, sequence)
@@ -56,10 +57,10 @@ class SignalisedJunction:
     def _join(self, incoming: RoadEnd, outgoing: RoadEnd) -> None:
         turn_rad = _turn_rad(incoming, outgoing)
         for lane_in, lane_out in _lane_pairs(incoming, outgoing, turn_rad):
-            at_kerb = self._at_kerb(incoming, lane_in, turn_rad)
+            at_curb = self._at_curb(incoming, lane_in, turn_rad)
             links = [
                 (incoming.incoming(lane_in + extra), outgoing.outgoing(lane_out + extra))
-                for extra in range(3 if at_kerb else 1)
+                for extra in range(3 if at_curb else 1)
             ]
             start = incoming.pose.moved(0, -LANE_M * (lane_in - 1))
             end = outgoing.pose.reversed().moved(0, -LANE_M * (lane_out - 1))
@@ -82,8 +83,8 @@ class SignalisedJunction:
             connection.add_lanelink(lane_in, -position)
         self.element.add_connection(connection)
 
-    def _at_kerb(self, incoming: RoadEnd, lane_in: int, turn_rad: float) -> bool:
-        """True if no other movement is between this one and the kerb."""
+    def _at_curb(self, incoming: RoadEnd, lane_in: int, turn_rad: float) -> bool:
+        """True if no other movement is between this one and the curb."""
         turns = [_turn_rad(incoming, other) for other in self.arms if other is not incoming]
         return turn_rad == min(turns) and lane_in == incoming.profile.lanes_each_way
 
@@ -93,7 +94,7 @@ def _turn_rad(incoming: RoadEnd, outgoing: RoadEnd) -> float:
 
 
 def _lane_pairs(incoming: RoadEnd, outgoing: RoadEnd, turn_rad: float) -> Iterator[tuple[int, int]]:
-    """Positions of lanes that a movement joins: left turns inside, right turns outside, straight on all."""
+    """Yield positions of lanes that a movement joins: left turns inside, right turns outside, straight on all."""
     lanes_in, lanes_out = incoming.profile.lanes_each_way, outgoing.profile.lanes_each_way
     if turn_rad > _STRAIGHT_RAD:
         yield 1, 1

@@ -1,1 +1,1 @@
-"""What carlette reads from an OpenDRIVE map."""
+"""The data that carlette reads from an OpenDRIVE map."""

@@ -22,11 +22,11 @@ LAYOUTS = (
     "Unreal/CarlaUE4/Content/Carla/Maps/OpenDrive/*.xodr",
     "Unreal/CarlaUE4/Content/Carla/Maps/*/OpenDrive/*.xodr",
 )
-"""Where towns may be in a folder: directly in it, or as in CARLA's `Maps` folder, its packages or its sources."""
+"""Possible positions of towns in a folder: directly in it, or as in CARLA's `Maps`, its packages or its sources."""
 LARGEST_MAP_BYTES = 128 << 20
-"""Largest OpenDRIVE text (bytes); Town04 has 3.4 MB."""
+"""Largest OpenDRIVE text (bytes). Town04 has 3.4 MB. Ours."""
 OPTIMISED = "_Opt"
-"""CARLA's variants with layers have this after the town's name, and the same roads."""
+"""Suffix of CARLA's variants with layers, which have the same roads."""
 
 
 @dataclass(frozen=True)
@@ -38,14 +38,14 @@ class MapFile:
 
 
 def map_folders(extra: Sequence[str]) -> list[Path]:
-    """The folders in which a town is looked up: `extra`, the environment's, the package's own."""
+    """Return the folders in which a town is searched: `extra`, the environment's, the package's own."""
     from_environment = os.environ.get(MAPS_VARIABLE, "").split(os.pathsep)
     own = Path(__file__).resolve().parent.parent / "maps"
     return [Path(item) for item in (*extra, *from_environment) if item] + [own]
 
 
 def available_towns(folders: Sequence[Path]) -> dict[str, Path]:
-    """Town name to file; the first folder that has a town wins. A folder may be a CARLA installation."""
+    """Return files by town name. The first folder that contains a town wins. A folder may be a CARLA installation."""
     towns: dict[str, Path] = {}
     for path in _files(folders):
         towns.setdefault(path.stem, path)
@@ -61,8 +61,8 @@ def _files(folders: Sequence[Path]) -> Iterator[Path]:
 def find_town(town_or_path: str, folders: Sequence[Path]) -> MapFile:
     """Return the map that a client names: by its town, or by the path of a town's file in one of the folders.
 
-    Raises `MapError`, with the same message for a file elsewhere as for one that does not exist, so that clients learn
-    nothing about other files on this machine.
+    Raises `MapError`, with the same message for a file outside the folders as for one that does not exist. So clients
+    learn nothing about other files on this machine.
     """
     if town_or_path.endswith(".xodr"):
         wanted = os.path.normpath(town_or_path)
@@ -75,9 +75,9 @@ def find_town(town_or_path: str, folders: Sequence[Path]) -> MapFile:
 
 
 def find_map(town_or_file: str, folders: Sequence[Path]) -> MapFile:
-    """The map of a town's name (a path such as `Carla/Maps/Town01` counts too) or of a file.
+    """Return the map of a town's name (a path such as `Carla/Maps/Town01` counts too) or of a file.
 
-    Raises `MapError` with what was looked for and where.
+    Raises `MapError` with the name and the searched folders.
     """
     if town_or_file.endswith(".xodr"):
         return load_map(Path(town_or_file))
@@ -92,7 +92,7 @@ def find_map(town_or_file: str, folders: Sequence[Path]) -> MapFile:
 
 
 def load_map(path: Path) -> MapFile:
-    """Reads and checks a file; raises `MapError`."""
+    """Read and check a file. Raises `MapError`."""
     try:
         text = read_regular(path, LARGEST_MAP_BYTES).decode("utf-8")
     except FileNotFoundError:
@@ -105,11 +105,11 @@ def load_map(path: Path) -> MapFile:
 
 
 def check_opendrive(text: str, source: str) -> ElementTree.Element:
-    """The root element; raises `MapError` when `text` is not a map with driving lanes."""
+    """Return the root element. Raises `MapError` if `text` is not a map with driving lanes."""
     if not text.strip():
         raise MapError(f"map file '{source}' is empty; give an OpenDRIVE file with roads")
     if "<!DOCTYPE" in text:
-        # The library's parser does not know entities: it would read different numbers than this one.
+        # The library's parser does not support entities, so it would read different numbers than this one.
         raise MapError(f"map file '{source}' declares a document type; give an OpenDRIVE file without <!DOCTYPE>")
     try:
         root = ElementTree.fromstring(text.encode("utf-8", "surrogateescape"))

@@ -1,4 +1,4 @@
-"""The road network as the server needs it: ground, speed signs, spawn points."""
+"""The road network for the server: ground, speed signs, spawn points."""
 
 from __future__ import annotations
 
@@ -11,8 +11,11 @@ from carlette.opendrive.map_file import MapFile, check_opendrive
 from carlette.opendrive.speed_limit_boxes import SpeedBoxes, read_speed_boxes
 
 SPAWN_SPACING_M = 20.0
+"""Distance between spawn points (m). Ours."""
 SPAWN_HEIGHT_M = 0.5
-KERB_M = 0.15
+"""Height of spawn points above the road (m). Ours."""
+CURB_M = 0.15
+"""Height of sidewalks above the road (m). Ours."""
 
 
 class Ground(NamedTuple):
@@ -20,10 +23,10 @@ class Ground(NamedTuple):
 
     origin: Vector
     slope_x: float
-    """Rise in z for each metre of x."""
+    """Rise in z for each meter of x."""
     slope_y: float
-    kerb_m: float = 0.0
-    """Height of the walking surface above the road's (m): sidewalks are higher."""
+    curb_m: float = 0.0
+    """Height of the walking surface above the road's (m). Sidewalks are higher."""
 
 
 class RoadNetwork:
@@ -54,11 +57,11 @@ class RoadNetwork:
         return built
 
     def waypoint(self, point: Vector) -> Any:
-        """The nearest waypoint of any lane type."""
+        """Return the nearest waypoint of any lane type."""
         return self.map.get_waypoint(self.carla.Location(*point), True, self.carla.LaneType.Any)
 
     def ground(self, point: Vector) -> Ground:
-        """The surface of the lane nearest to `point`."""
+        """Return the surface of the lane nearest to `point`."""
         found = self.waypoint(point)
         transform = found.transform
         location, rotation = transform.location, transform.rotation
@@ -68,11 +71,11 @@ class RoadNetwork:
             Vector(location.x, location.y, location.z),
             slope * math.cos(yaw),
             slope * math.sin(yaw),
-            KERB_M if found.lane_type == self.carla.LaneType.Sidewalk else 0.0,
+            CURB_M if found.lane_type == self.carla.LaneType.Sidewalk else 0.0,
         )
 
     def spawn_points(self) -> list[Pose]:
-        """Places on driving lanes outside junctions, half a metre above the road."""
+        """Return positions on driving lanes outside junctions, half a meter above the road."""
         driving = self.carla.LaneType.Driving
         sampled = self.map.generate_waypoints(SPAWN_SPACING_M)
         outside = [item for item in sampled if not item.is_junction and item.lane_type == driving]

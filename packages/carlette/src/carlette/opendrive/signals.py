@@ -24,14 +24,17 @@ _TRIGGERS: dict[str, tuple[tuple[float, float, float], ...]] = {
         (267.72, -249.80, 179.6),
     ),
 }
-"""Town to the middles of the trigger volumes on their lanes, m, in CARLA's frame, and the lanes' yaw in degrees: the
-`stop_sign_centers_np` that fail2drive (MIT) keeps in `toolbox/carla_map_data`. Town10HD's three are in its file."""
+"""Centers of trigger volumes on their lanes by town (m, CARLA's frame), and the lanes' yaw (degrees).
+
+They are the `stop_sign_centers_np` of fail2drive (MIT), in its `toolbox/carla_map_data`. Town10HD's three are in
+its file.
+"""
 
 
 def unlisted_stops(town: str, listed: int) -> tuple[tuple[float, float, float], ...]:
-    """Return x, y (m) and yaw (degrees) of the stop signs that `town` has besides the `listed` ones of its file.
+    """Return x, y (m) and yaw (degrees) of the stop signs of `town` in addition to the `listed` ones of its file.
 
-    Empty if the file lists stop signs itself: then it is another version of the town.
+    Empty if the file contains stop signs itself: then it is another version of the town.
     """
     return () if listed else _TRIGGERS.get(town.removesuffix("_Opt"), ())
 
@@ -48,10 +51,10 @@ _SPAWNED = {
 
 
 def spawn_order(town: str, lights: Collection[str]) -> dict[str, int]:
-    """Return each signal id's place in the order in which CARLA spawns the town's lights.
+    """Return each signal id's position in the order in which CARLA spawns the town's lights.
 
-    Empty if the town is not one of CARLA's, or if `lights` (those that the file's controllers name) lacks one of them:
-    then the file is another map of the same name.
+    Empty if the town is not one of CARLA's, or if `lights` (those of the file's controllers) lacks one of them: then
+    the file is another map of the same name.
     """
     spawned = _SPAWNED.get(town.removesuffix("_Opt"), "").split()
     return {item: place for place, item in enumerate(spawned)} if set(spawned) <= set(lights) else {}
@@ -59,27 +62,32 @@ def spawn_order(town: str, lights: Collection[str]) -> dict[str, int]:
 
 LIGHT_TYPE, STOP_TYPE = "1000001", "206"
 ACTOR_TYPES = {LIGHT_TYPE: "traffic.traffic_light", STOP_TYPE: "traffic.stop", "205": "traffic.yield"}
-"""The actor for each OpenDRIVE type of signal; CARLA's maps use the German numbers."""
+"""Actor type by OpenDRIVE type of signal. CARLA's maps use the German numbers."""
 BOX_HALF_DEPTH_M = 2.0
+"""Half length of a trigger box along its lanes (m). Ours."""
 BOX_HALF_HEIGHT_M = 2.0
+"""Half height of a trigger box (m). Ours."""
 ROAD_END_M = 0.01
-"""A signal at the very end of a road is looked up this far before the end, where there is no waypoint (m)."""
+"""Distance before the end of a road at which a signal at the very end is looked up (m). Ours.
+
+The end itself has no waypoint.
+"""
 BEYOND_EDGE_M = 0.7
-"""An unlisted sign's post stands this far beyond its lane's edge."""
+"""Distance of an unlisted sign's post beyond its lane's edge (m). Ours."""
 BACK_FROM_JUNCTION_M = 2.5
-"""The middle of a trigger box lies this far before the junction."""
+"""Distance of the center of a trigger box before the junction (m). Ours."""
 
 
 @dataclass(frozen=True)
 class SignalPhase:
-    """A light's place in a cycle."""
+    """Position of a light in a cycle."""
 
     group: str
-    """The junction whose cycle it is in, or the light itself if no controller names it."""
+    """The junction of its cycle, or the light itself if no controller contains it."""
     phase: int = 0
-    """Its place in the cycle: lights of one phase have green together."""
+    """Its position in the cycle. Lights of one phase are green together."""
     alone: bool = False
-    """True if no controller names the light: it then changes independently, and stays red longer."""
+    """True if no controller contains the light. Then it changes independently, and stays red longer."""
 
 
 @dataclass(frozen=True)
@@ -96,14 +104,14 @@ class Signal:
     box: Box
     """Trigger volume in the frame of `pose`."""
     turn: SignalPhase
-    """When a light turns green; meaningless for a sign."""
+    """Time at which a light turns green; meaningless for a sign."""
 
 
 def read_signals(roads: RoadNetwork, root: ElementTree.Element) -> list[Signal]:
     """Return the signals that govern at least one driving lane, one for each id, in the order of the file.
 
-    They are followed, without an id, by the stop signs that the town is known to have although its file does not list
-    them. As in CARLA, a light on a junction's road that no controller names is left out.
+    They are followed, without an id, by the stop signs of the town that its file does not contain. As in CARLA, a light
+    on a junction's road without a controller is omitted.
     """
     turns = _turns(root, roads.file.name)
     missing = _unnamed_in_junctions(root, turns)
@@ -119,7 +127,7 @@ def read_signals(roads: RoadNetwork, root: ElementTree.Element) -> list[Signal]:
 
 
 def _unlisted(roads: RoadNetwork, x: float, y: float, yaw: float) -> Signal:
-    """A stop sign at the right edge of the lane at that place, facing traffic that comes at that yaw."""
+    """Return a stop sign at the right edge of the lane at a position, facing traffic with that yaw."""
     lane = roads.map.get_waypoint(roads.carla.Location(x, y, 0.0))
     across = wrap_degrees(yaw + 90.0)
     half_m = lane.lane_width / 2
@@ -136,8 +144,9 @@ def _signal_ids(root: ElementTree.Element) -> list[tuple[str, str]]:
 
 
 def _turns(root: ElementTree.Element, town: str) -> dict[str, SignalPhase]:
-    """Return each signal id's turn. The phases of a junction are its controllers that hold a light; as in CARLA's
-    `TrafficLightManager`, only the controller with the lowest id holds a light.
+    """Return each signal id's turn. The phases of a junction are its controllers that contain a light.
+
+    As in CARLA's `TrafficLightManager`, only the controller with the lowest id contains a light.
     """
     lights = {
         item.get("id", ""): {control.get("signalId", "") for control in item.findall("control")}
@@ -158,14 +167,14 @@ def _turns(root: ElementTree.Element, town: str) -> dict[str, SignalPhase]:
 
 
 def _unnamed_in_junctions(root: ElementTree.Element, turns: dict[str, SignalPhase]) -> set[str]:
-    """Lights of a junction's own roads that have no turn; CARLA does not spawn them (Town10HD has two)."""
+    """Return the lights of a junction's own roads without a turn. CARLA does not spawn them (Town10HD has two)."""
     inside = [road for road in root.iter("road") if road.get("junction", "-1") != "-1"]
     lights = {item.get("id", "") for road in inside for item in road.iter("signal") if item.get("type") == LIGHT_TYPE}
     return lights - set(turns)
 
 
 def _governed_lanes(roads: RoadNetwork, lengths: dict[int, float]) -> dict[tuple[str, str], list[Any]]:
-    """Waypoints just before each signal, one for each lane that it governs."""
+    """Return waypoints just before each signal, one for each lane that it governs."""
     lanes: dict[tuple[str, str], dict[tuple[int, int], Any]] = defaultdict(dict)
     for kind in ACTOR_TYPES:
         for landmark in roads.map.get_all_landmarks_of_type(kind):
@@ -177,7 +186,7 @@ def _governed_lanes(roads: RoadNetwork, lengths: dict[int, float]) -> dict[tuple
 
 
 def _landmark_lanes(roads: RoadNetwork, landmark: Any, s: float) -> list[Any]:
-    """Waypoints at `s` of the landmark's road on the driving lanes that it is valid for."""
+    """Return waypoints at `s` of the landmark's road on the driving lanes that it is valid for."""
     found = []
     for first, last in landmark.get_lane_validities():
         for lane in range(min(first, last), max(first, last) + 1):
@@ -188,7 +197,7 @@ def _landmark_lanes(roads: RoadNetwork, landmark: Any, s: float) -> list[Any]:
 
 
 def _approach(waypoint: Any) -> Any:
-    """The place on the lane that leads to the signal, before the junction it stands in or ahead of."""
+    """Return the position on the lane to the signal, before its junction."""
     while waypoint.is_junction:
         before = waypoint.previous(1.0)
         if not before or before[0].transform.location.distance(waypoint.transform.location) < 0.01:
@@ -211,7 +220,7 @@ def _signal(key: tuple[str, str], lanes: list[Any], turn: SignalPhase | None, ro
 
 
 def _span(lanes: list[Any], across_deg: float) -> tuple[Vector, float]:
-    """The middle of the governed lanes and half their width along `across_deg`."""
+    """Return the middle of the governed lanes and half their width along `across_deg`."""
     unit = (math.cos(math.radians(across_deg)), math.sin(math.radians(across_deg)))
     first = lanes[0].transform.location
     low, high = math.inf, -math.inf

@@ -14,15 +14,13 @@ import numpy as np
 from carlette.geometry import Floats
 
 UNSIGNED_KMH = 30.0
-"""A vehicle's limit until it passes a sign (km/h)."""
+"""A vehicle's limit until it passes a sign (km/h). As in CARLA."""
 SPEED_SIGN = "274"
 """OpenDRIVE type of a sign with a maximum speed."""
 BOX_SHARE = 0.35
-"""Half the edge of a sign's box, as a share of the lane's width. The box is a cube on the lane that ends at the
-sign.
-"""
+"""Half edge of a sign's box, as a share of the lane's width. The box is a cube on the lane that ends at the sign."""
 LEAST_HALF_M = 0.01
-"""Least half edge of a box, on a lane that is just beginning (m)."""
+"""Smallest half edge of a box, on a lane that just begins (m). Ours."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +41,7 @@ class SpeedBoxes:
 
 
 def read_speed_boxes(carla: Any, town: Any) -> SpeedBoxes:
-    """The boxes of all speed signs with a positive value, which counts as km/h whatever the unit, as in CARLA.
+    """Return the boxes of all speed signs with a positive value. It counts as km/h for any unit, as in CARLA.
 
     `carla` is the client's module, `town` its map.
     """
@@ -56,7 +54,7 @@ def read_speed_boxes(carla: Any, town: Any) -> SpeedBoxes:
 
 
 def _places(carla: Any, town: Any, sign: Any) -> list[tuple[float, float, float, float, float]]:
-    """x, y, z (m), yaw (degrees) and half edge (m) of the sign's box on each driving lane that it is valid for."""
+    """Return x, y, z (m), yaw (degrees) and half edge (m) of the sign's box on each driving lane that it governs."""
     places = []
     for first, last in sign.get_lane_validities():
         for lane in range(min(first, last), max(first, last) + 1):

@@ -1,7 +1,7 @@
-"""The numbers of a map, before the client's library sees them.
+"""Bounds on the numbers of a map, checked before the client's library gets them.
 
 That library accepts NaN as a coordinate, walks along a road of 10^15 m for hours, and visits every lane in a sign's
-range. So each number must be a number, and within its bounds.
+range. So each number must be a number, and within its bounds. The bounds are ours.
 """
 
 from __future__ import annotations
@@ -12,17 +12,20 @@ from xml.etree import ElementTree
 from carlette.errors import MapError
 
 FARTHEST_M = 1e6
-"""Bound on coordinates (m): beyond it, float32 resolves no better than 6 cm. Towns with real coordinates are within
-it.
+"""Bound on coordinates (m).
+
+Beyond it, float32 resolves no better than 6 cm. Towns with real coordinates are within it.
 """
 LONGEST_ROAD_M = 1e5
+"""Longest road (m)."""
 LONGEST_OF_ALL_M = 5e6
-"""Total length of all roads (m); the server samples them every few metres."""
+"""Total length of all roads (m). The server samples them every few meters."""
 WIDEST_M = 100.0
 """Width of a lane at the start of each of its stretches (m)."""
 MOST_LANE = 1000
+"""Largest lane number."""
 SHARPEST_PER_M = 100.0
-"""Curvature (1/m): connecting roads may turn almost on the spot, but no tighter."""
+"""Curvature (1/m). Connecting roads may turn almost on the spot, but no tighter."""
 
 _COORDINATES = dict.fromkeys(("x", "y", "z", "s", "t", "u", "v", "sOffset", "zOffset", "length"), FARTHEST_M)
 _ANGLES = dict.fromkeys(("hdg", "pitch", "roll", "hOffset"), 1e4)
@@ -40,7 +43,7 @@ _OF_ELEMENTS = {
 }
 """Tighter bounds, and those of attributes that are numbers only in these elements."""
 _LOOSE = {"width": FARTHEST_M, "height": FARTHEST_M, "radius": FARTHEST_M, "value": FARTHEST_M, "max": FARTHEST_M}
-"""Attributes that may be words, such as `undefined`; as numbers they have bounds, too."""
+"""Attributes that may be words, such as `undefined`. As numbers they have bounds, too."""
 
 
 def check_bounds(root: ElementTree.Element, source: str) -> None:
@@ -67,10 +70,11 @@ def _check(tag: str, name: str, text: str, most: float, may_be_word: bool, sourc
     try:
         value = float(text)
     except ValueError:
+        # The comparison below rejects NaN, and so text that is not a number.
         if may_be_word:
             return
         value = math.nan
-    # Written so that NaN, which compares false with everything, fails.
+    # NaN compares false with every number, so this form rejects it.
     if not abs(value) <= most:
         raise MapError(
             f"map '{source}': <{tag}> has {name}=\"{text[:40]}\"; give a number of at most {most:g} either way"

@@ -1,1 +1,1 @@
-"""How things move and touch."""
+"""Motion and contacts."""

@@ -10,10 +10,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 MAX_ACCELERATION_MPS2 = 3.0
+"""Largest acceleration (m/s²). As in CARLA."""
 MAX_DECELERATION_MPS2 = 8.0
+"""Largest deceleration (m/s²). As in CARLA."""
 STANDING_MPS = 0.1
+"""Speed below which the vehicle counts as stopped (m/s). As in CARLA."""
 GAINS = (0.15, 0.0, 0.25, 0.01, 0.0, 0.01)
-"""Speed kp, ki, kd, acceleration kp, ki, kd."""
+"""Speed kp, ki, kd, acceleration kp, ki, kd. As in CARLA."""
 
 
 @dataclass
@@ -41,7 +44,7 @@ class Ackermann:
     speed: float = 0.0
     acceleration: float = 0.0
     wanted: float = 0.0
-    """Acceleration, m/s²."""
+    """Acceleration (m/s²)."""
     pedal: float = 0.0
     """Throttle above zero, brake below."""
     reverse: bool = False
@@ -49,16 +52,14 @@ class Ackermann:
     by_acceleration: _Controller = field(default_factory=_Controller)
 
     def command(self, target: Sequence[float]) -> None:
-        """Take a command; the controllers are reset if another kind of control was in force."""
+        """Accept a command. The controllers are reset if another kind of control was active."""
         if not self.active:
             self.acceleration = self.wanted = self.pedal = 0.0
             self.by_speed, self.by_acceleration = _Controller(last=self.speed), _Controller()
         self.active, self.target = True, tuple(target)
 
     def control(self, ahead: float, steer: float, max_steer: float, dt: float) -> tuple[float, ...]:
-        """Return the pedals and switches of this tick for a vehicle at speed `ahead` (m/s) with its wheel at
-        `steer`.
-        """
+        """Return the pedals and switches of this tick at speed `ahead` (m/s) and wheel position `steer`."""
         change = (ahead - self.speed) / dt
         self.speed, self.acceleration = ahead, (4.0 * self.acceleration + change) / 5.0
         angle = self._angle(steer * max_steer, max_steer, dt)

@@ -1,4 +1,4 @@
-"""Where every actor is and how it moves: one row each, in the order of the snapshot."""
+"""Position and motion of every actor: one row each, in the order of the snapshot."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from carlette.wire.snapshot import RECORD, Records
 
 @dataclass
 class BodyTable(Table):
-    """Metres, degrees, seconds, in the world frame unless said otherwise."""
+    """Meters, degrees, seconds, in the world frame unless said otherwise."""
 
     position: Floats = field(default_factory=numbers(3))
     rotation: Floats = field(default_factory=numbers(3))
@@ -24,12 +24,12 @@ class BodyTable(Table):
     """Degrees per second about x, y, z."""
     acceleration: Floats = field(default_factory=numbers(3))
     center: Floats = field(default_factory=numbers(3))
-    """Centre of the bounding box, actor frame."""
+    """Center of the bounding box, actor frame."""
     extent: Floats = field(default_factory=numbers(3))
     clearance: Floats = field(default_factory=numbers())
-    """Ground clearance: lower objects pass under the body (m)."""
+    """Ground clearance (m). Lower objects pass under the body."""
     mass: Floats = field(default_factory=numbers())
-    """kg; 0 = immovable."""
+    """Mass (kg); 0 = immovable."""
     solid: NDArray[np.bool_] = field(default_factory=flags())
     """True if the actor takes part in collisions."""
     simulated: NDArray[np.bool_] = field(default_factory=flags())
@@ -38,16 +38,16 @@ class BodyTable(Table):
     """The actor's record in the snapshot."""
 
     def pose(self, row: int) -> Pose:
-        """The pose of one actor."""
+        """Return the pose of one actor."""
         return Pose(Vector(*self.position[row].tolist()), Rotation(*self.rotation[row].tolist()))
 
-    def place(self, row: int, pose: Pose) -> None:
-        """Teleports one actor."""
+    def set_pose(self, row: int, pose: Pose) -> None:
+        """Teleport one actor."""
         self.position[row] = pose.location
         self.rotation[row] = pose.rotation
 
     def publish(self) -> None:
-        """Copies the motion of all actors into their records."""
+        """Copy the motion of all actors into their records."""
         record = self.record
         record["location"] = self.position
         record["rotation"] = self.rotation

@@ -9,17 +9,17 @@ import numpy as np
 
 
 class Table:
-    """Base of dataclasses whose fields are arrays with one row for each thing.
+    """Base of dataclasses whose fields are arrays with one row for each item.
 
-    Rows are rarely added or removed but are stepped on every tick, so the arrays are kept dense.
+    Rows are rarely added or removed but are stepped on every tick, so the arrays are dense.
     """
 
     def append(self, **values: Any) -> int:
-        """Adds a row (columns that are not named get zeros) and returns its index."""
+        """Add a row (columns without a value get zeros) and return its index."""
         index = len(self)
         for field in fields(self):  # type: ignore[arg-type]
             column = getattr(self, field.name)
-            # Not np.concatenate: it would re-pack the overlapping fields of the snapshot's records.
+            # np.concatenate would repack the overlapping fields of the snapshot's records.
             longer = np.zeros((index + 1, *column.shape[1:]), column.dtype)
             longer[:index] = column
             if field.name in values:
@@ -28,7 +28,7 @@ class Table:
         return index
 
     def delete(self, index: int) -> None:
-        """Removes a row; the rows after it move up."""
+        """Remove a row. The rows after it move up."""
         for field in fields(self):  # type: ignore[arg-type]
             column = getattr(self, field.name)
             setattr(self, field.name, column[np.arange(len(column)) != index])
@@ -38,15 +38,15 @@ class Table:
 
 
 def numbers(width: int = 0) -> Any:
-    """A default factory for an empty column of floats, or of rows of `width` floats."""
+    """Return a default factory for an empty column of floats, or of rows of `width` floats."""
     return lambda: np.zeros((0, width) if width else 0)
 
 
 def flags() -> Any:
-    """A default factory for an empty column of booleans."""
+    """Return a default factory for an empty column of booleans."""
     return lambda: np.zeros(0, bool)
 
 
 def indices() -> Any:
-    """A default factory for an empty column of integers."""
+    """Return a default factory for an empty column of integers."""
     return lambda: np.zeros(0, np.int64)

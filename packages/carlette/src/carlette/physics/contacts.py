@@ -1,4 +1,4 @@
-"""Contacts between bodies: they are pushed apart and exchange momentum."""
+"""Contacts between bodies: they are separated and exchange momentum. The numbers are ours."""
 
 from __future__ import annotations
 
@@ -13,13 +13,19 @@ from carlette.physics.doors import OpenDoors
 from carlette.physics.overlap import Boxes, Indices, boxes_of, near_pairs, overlaps
 
 BOUNCE = 0.1
+"""Coefficient of restitution."""
 FRICTION = 0.4
+"""Coefficient of friction between bodies."""
 SLOP_M = 0.005
+"""Penetration that is not corrected (m), so that resting bodies do not jitter."""
 TOUCH_M = 0.001
+"""Tolerance of a point on a box's edge (m)."""
 STILL_MPS = 0.01
+"""Speed below which a body counts as stationary (m/s)."""
 RESTING_MPS = 1e-3
+"""Approach speed below which two bodies rest on each other (m/s)."""
 ROUNDS = 2
-"""Separating one pair may press another together; a second round settles a queue."""
+"""Number of separation rounds. Separating one pair may press another together; a second round settles a queue."""
 
 Planar = tuple[float, float]
 
@@ -43,14 +49,14 @@ class ContactSide(NamedTuple):
     inverse_inertia: float
     """1/(kg·m²)."""
     arm: Planar
-    """From the box's centre to the point of contact."""
+    """From the box's center to the point of contact."""
 
 
 class Shapes(NamedTuple):
     """The boxes that can touch: one for each solid body, and one more for each open door."""
 
     rows: Indices
-    """Of the body that each box belongs to."""
+    """Row of the body that each box belongs to."""
     owner: Indices
     """Index of that body's own box."""
     center: Floats
@@ -126,7 +132,7 @@ def _resolve(
 
 
 def _exchange(bodies: BodyTable, first: ContactSide, second: ContactSide, away: Planar) -> Vector | None:
-    """Applies the impulse that ends the approach, with friction along the touching faces."""
+    """Apply the impulse that ends the approach, with friction along the touching faces."""
     item, other = _speed_at(bodies, first), _speed_at(bodies, second)
     closing = (other[0] - item[0], other[1] - item[1])
     normal_speed = _dot(closing, away)
@@ -156,7 +162,7 @@ def _passive(impulse: Planar, first: ContactSide, second: ContactSide, closing: 
 
 
 def _give(first: ContactSide, second: ContactSide, along: Planar) -> float:
-    """Return how much a pair's relative speed along a direction changes per N·s."""
+    """Return the change of a pair's relative speed along a direction per N·s."""
     turning = sum(side.inverse_inertia * _cross(side.arm, along) ** 2 for side in (first, second))
     return first.inverse_mass + second.inverse_mass + turning
 

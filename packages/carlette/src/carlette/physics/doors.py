@@ -1,4 +1,4 @@
-"""Open doors: boxes that stick out from a vehicle and take part in its contacts."""
+"""Open doors: boxes that stick out from a vehicle and take part in its contacts. The numbers are ours."""
 
 from __future__ import annotations
 
@@ -13,30 +13,38 @@ from carlette.physics.bodies import BodyTable
 from carlette.physics.column_table import Table, flags, indices, numbers
 
 SWING_S = 0.8
+"""Time to open or close a door (s)."""
 REACH_M = 0.9
-"""How far an open door sticks out from the side (m)."""
+"""Distance that an open door sticks out from the side (m)."""
 DEPTH_M = 0.4
 """Length of an open door along the vehicle (m): it opens to about 65 degrees."""
 SILL_M = 0.35
+"""Height of a door's lower edge (m)."""
 TOP_M = 1.25
+"""Height of a door's upper edge (m)."""
 ALL = 6
+"""Number of CARLA for all doors."""
 
 
 class DoorHinge(NamedTuple):
-    """Where a side door is hinged."""
+    """Hinge of a side door."""
 
     along: float
-    """Front edge of the open door, in half lengths ahead of the box's centre."""
+    """Front edge of the open door, in half lengths ahead of the box's center."""
     side: float
     """-1 left, +1 right."""
     reach_m: float = REACH_M
 
 
 SIDE_DOORS = {0: DoorHinge(0.36, -1.0), 1: DoorHinge(0.36, 1.0), 2: DoorHinge(-0.08, -1.0), 3: DoorHinge(-0.08, 1.0)}
-"""Front left, front right, rear left, rear right; bonnet and boot open upwards and take no room on the road."""
+"""Hinges of the side doors: front left, front right, rear left, rear right.
+
+Hood and trunk open upward and take no space on the road.
+"""
 STOP_ARM = 7
+"""Number of the stop arm."""
 ARM_PLACE = DoorHinge(0.5, -1.0, 0.5)
-"""The stop arm of a school bus, which swings out on the left with the stop sign."""
+"""Hinge of a school bus's stop arm, which swings out on the left with the stop sign."""
 
 
 @dataclass
@@ -54,10 +62,10 @@ class OpenDoors(Table):
     """Front edge on the vehicle's side, actor frame."""
     side: Floats = field(default_factory=numbers())
     reach: Floats = field(default_factory=numbers())
-    """How far it sticks out when open (m)."""
+    """Distance that it sticks out when open (m)."""
 
     def move(self, row: int, box: Box, door: int, opening: bool) -> None:
-        """Opens or closes one door (0 to 3), all (6) or the stop arm (7) of the vehicle at `row`."""
+        """Open or close one door (0 to 3), all (6) or the stop arm (7) of the vehicle at `row`."""
         places = {STOP_ARM: ARM_PLACE} if door == STOP_ARM else SIDE_DOORS
         for item in places if door == ALL else [door] * (door in places):
             here = np.flatnonzero((self.row == row) & (self.door == item))
@@ -77,14 +85,14 @@ class OpenDoors(Table):
             self.delete(index)
 
     def step(self, dt: float) -> None:
-        """Swings the doors."""
+        """Swing the doors."""
         change = np.where(self.opening, dt, -dt) / SWING_S
         self.swing = np.clip(self.swing + change, 0.0, 1.0)
         for index in reversed(np.flatnonzero(~self.opening & (self.swing <= 0.0)).tolist()):
             self.delete(index)
 
     def boxes(self, bodies: BodyTable) -> tuple[Floats, Floats]:
-        """Centre and half sizes of each door's box, in the vehicle's frame."""
+        """Return center and half sizes of each door's box, in the vehicle's frame."""
         reach = np.maximum(self.reach * self.swing, 0.01)
         base = bodies.center[self.row, 2] - bodies.extent[self.row, 2]
         center = np.stack(

@@ -1,4 +1,4 @@
-"""Which boxes overlap: oriented rectangles seen from above, and their heights."""
+"""Overlaps of boxes: oriented rectangles from above, and their heights."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from carlette.geometry import Floats, columns
 from carlette.physics.bodies import BodyTable
 
 RESTING_MPS = 0.1
-"""Approaches slower than this count little against the depth when the direction of a contact is chosen (m/s)."""
+"""Speed below which an approach counts little against the depth in the choice of a contact's direction (m/s). Ours."""
 
 Indices = NDArray[np.int64]
 
 
 class Boxes(NamedTuple):
-    """Upright boxes: arrays of planar centres, axes, half sizes and heights."""
+    """Upright boxes: arrays of planar centers, axes, half sizes and heights."""
 
     center: Floats
     ahead: Floats
@@ -38,9 +38,9 @@ class Overlap(NamedTuple):
 
 
 def boxes_of(bodies: BodyTable, rows: Indices, shapes: tuple[Floats, Floats] | None = None) -> Boxes:
-    """The bounding boxes of some bodies (or other `shapes` in their frames: centres and half sizes).
+    """Return the bounding boxes of some bodies (or other `shapes` in their frames: centers and half sizes).
 
-    Whatever passes under a body is left out.
+    Objects that pass under a body are excluded.
     """
     offset, extent = (bodies.center[rows], bodies.extent[rows]) if shapes is None else shapes
     yaw = np.radians(bodies.rotation[rows, 1])
@@ -53,7 +53,7 @@ def boxes_of(bodies: BodyTable, rows: Indices, shapes: tuple[Floats, Floats] | N
 
 
 def near_pairs(boxes: Boxes, moving: NDArray[np.bool_]) -> tuple[Indices, Indices]:
-    """Pairs whose circles and heights overlap and of which at least one moves; each pair once, i < j."""
+    """Return the pairs whose circles and heights overlap and of which at least one moves; each pair once, i < j."""
     mover = np.flatnonzero(moving)
     radius = np.hypot(boxes.half[:, 0], boxes.half[:, 1])
     x, y = boxes.center[:, 0], boxes.center[:, 1]
@@ -70,9 +70,10 @@ def near_pairs(boxes: Boxes, moving: NDArray[np.bool_]) -> tuple[Indices, Indice
 
 
 def overlaps(boxes: Boxes, first: Indices, second: Indices) -> Overlap:
-    """Return the pairs that really overlap, with the direction in which they met and their depth in it.
+    """Return the pairs that overlap, with the direction in which they met and their depth in it.
 
-    That is the direction in which the overlap began last, given the speed of approach; at rest, that of least depth.
+    That is the direction in which the overlap began last, given the speed of approach. At rest, it is that of
+    least depth.
     """
     a, b = boxes.ahead[first], boxes.ahead[second]
     axes = np.stack([a, _left(a), b, _left(b)], axis=1)
@@ -90,7 +91,7 @@ def overlaps(boxes: Boxes, first: Indices, second: Indices) -> Overlap:
 
 
 def _reach(axes: Floats, ahead: Floats, half: Floats) -> Floats:
-    """Half the length of each box's projection on each axis."""
+    """Return half the length of each box's projection on each axis."""
     on_ahead = np.abs((axes * ahead[:, None, :]).sum(axis=2))
     on_left = np.abs((axes * _left(ahead)[:, None, :]).sum(axis=2))
     shadow: Floats = on_ahead * half[:, :1] + on_left * half[:, 1:]

@@ -12,6 +12,7 @@ from carlette.physics.column_table import Table, indices
 from carlette.physics.walkers import SLIDE_MPS2, slowed
 
 SPIN_KEPT = 0.8
+"""Share of a pushed prop's yaw rate that remains after each tick. Ours."""
 
 
 @dataclass

@@ -1,4 +1,4 @@
-"""Keeping vehicles, walkers and props on the road's surface."""
+"""Keeps vehicles, walkers and props on the road's surface. The numbers are ours."""
 
 from __future__ import annotations
 
@@ -14,37 +14,39 @@ from carlette.physics.column_table import Table, flags, indices, numbers
 from carlette.physics.vehicle_dynamics import GRAVITY
 
 STEP_M = 0.3
+"""Distance after which the map is queried again for a walker (m)."""
 RELOOK_M = 1.5
-"""The map is queried again after this distance (m); in between the surface is a plane."""
+"""The same distance for other actors (m). In between the surface is a plane."""
 STAGED_M = 1.0
-"""An actor further below the road than this has been parked there on purpose: it is left where it is (m)."""
+"""Depth below the road from which an actor counts as staged there on purpose (m). It stays where it is."""
 CONTACT_M = 0.02
+"""Height above the ground up to which an actor is on it (m)."""
 JUMP_MPS = 2.0
-"""Actors that leave the ground faster than this are in the air; slower ones stay on it (m/s)."""
+"""Upward speed above which an actor leaves the ground (m/s). Slower ones stay on it."""
 
 
 @dataclass
 class Surface(Table):
-    """One row for each actor that stands on the ground: the plane under it."""
+    """One row for each actor on the ground: the plane below it."""
 
     row: NDArray[np.int64] = field(default_factory=indices())
     """The actor's row in `BodyTable`."""
     origin: Floats = field(default_factory=numbers(3))
     slope: Floats = field(default_factory=numbers(2))
-    """Rise in z for each metre of x and of y."""
+    """Rise in z for each meter of x and of y."""
     looked: Floats = field(default_factory=numbers(2))
-    """Where the map was last queried; infinity if never."""
+    """Position of the last query of the map; infinity if there was none."""
     stand: Floats = field(default_factory=numbers())
-    """Height of the actor's origin above the ground when it stands on it (m)."""
+    """Height of the actor's origin above the ground when it is on the ground (m)."""
     tilts: NDArray[np.bool_] = field(default_factory=flags())
     """True if pitch and roll follow the surface (vehicles)."""
     on_foot: NDArray[np.bool_] = field(default_factory=flags())
-    """True if it steps onto kerbs (walkers): the map is queried at every step."""
+    """True if it steps onto curbs (walkers). The map is queried at every step."""
     weightless: NDArray[np.bool_] = field(default_factory=flags())
     """True if a client switched gravity off."""
 
     def add(self, row: int, stand_m: float, tilts: bool, on_foot: bool = False) -> int:
-        """Adds the actor at `row` of `BodyTable`."""
+        """Add the actor at `row` of `BodyTable`."""
         return self.append(row=row, stand=stand_m, tilts=tilts, on_foot=on_foot, looked=(np.inf, np.inf))
 
     def airborne(self, bodies: BodyTable) -> NDArray[np.bool_]:
@@ -52,8 +54,8 @@ class Surface(Table):
         up: NDArray[np.bool_] = bodies.position[self.row, 2] - self._ground(bodies.position[self.row]) > CONTACT_M
         return up
 
-    def look(self, bodies: BodyTable, roads: RoadNetwork) -> None:
-        """Query the map for the planes under the actors that have moved on."""
+    def update(self, bodies: BodyTable, roads: RoadNetwork) -> None:
+        """Query the map for the planes below the actors that have moved on."""
         position = bodies.position[self.row]
         near = np.where(self.on_foot, STEP_M, RELOOK_M)
         gap = np.abs(position[:, :2] - self.looked)
@@ -63,7 +65,7 @@ class Surface(Table):
         which = moved.nonzero()[0]
         grounds = [roads.ground(Vector(*point)) for point in position[which].tolist()]
         self.origin[which] = [ground.origin for ground in grounds]
-        self.origin[which, 2] += np.array([ground.kerb_m for ground in grounds]) * self.on_foot[which]
+        self.origin[which, 2] += np.array([ground.curb_m for ground in grounds]) * self.on_foot[which]
         self.slope[which] = [(ground.slope_x, ground.slope_y) for ground in grounds]
         self.looked[which] = position[which, :2]
 
@@ -87,7 +89,7 @@ class Surface(Table):
         self._tilt(bodies, active & self.tilts)
 
     def _ground(self, position: Floats) -> Floats:
-        """Return the height of each actor's origin if it stands on the ground where it is (m)."""
+        """Return the height of each actor's origin if it is on the ground at its position (m)."""
         rise = (position[:, :2] - self.origin[:, :2]) * self.slope
         level: Floats = self.origin[:, 2] + (rise[:, 0] + rise[:, 1]) + self.stand
         return level

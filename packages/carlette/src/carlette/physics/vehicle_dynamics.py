@@ -1,12 +1,13 @@
-"""Vehicles: their controls, engines, tyres and steering, stepped together.
+"""Vehicles: their controls, engines, tires and steering, stepped together.
 
-The model is a bicycle model with a sliding body: the tyres pull the lateral velocity and the yaw rate towards those
-of the steered path within their grip, so a car slides when it is hit or steered too fast. It has no suspension and
-cannot roll over.
+The model is a bicycle model with a sliding body. The tires pull the lateral velocity and the yaw rate toward those of
+the steered path within their grip, so a car slides when it is hit or steered too fast. It has no suspension and cannot
+roll over.
 
 The relation of throttle, speed and acceleration follows the public regression of the Lincoln MKZ 2020 in CARLA 0.9.15
 (CARLA garage, PDM-Lite): the drive force grows with the square of the throttle, the engine's drag with the square of
-what is missing to full throttle. Other vehicles have the same curves, scaled by their own power and mass.
+the rest to full throttle. Other vehicles have the same curves, scaled by their own power and mass. Numbers without a
+source are ours.
 """
 
 from __future__ import annotations
@@ -35,47 +36,71 @@ from carlette.physics.vehicle_parameters import (
 
 GRAVITY = 9.81
 BRAKE_MPS2 = 6.8
-"""Deceleration at speed, including the engine's drag (m/s²)."""
+"""Deceleration at speed, with the engine's drag (m/s²)."""
 HEAVY_BRAKE_MPS2 = 5.2
+"""The same for heavy vehicles (m/s²)."""
 BITE, BITE_MPS = 2.6, 6.0
-"""Brakes hold harder at low speed: by this share of their force at rest, and up to about this speed (m/s)."""
+"""Increase of the brakes' force at rest, as a share of it, and the speed up to which it decays (m/s).
+
+Brakes hold harder at low speed.
+"""
 HAND_BRAKE_MPS2 = 6.0
+"""Deceleration of the hand brake (m/s²)."""
 TYRE_GRIP_MPS2 = 13.0
-"""Lateral grip with the friction of CARLA's tyres (m/s²); it scales with that friction."""
+"""Lateral grip with the friction of CARLA's tires (m/s²). It scales with that friction."""
 MOST_GRIP_MPS2 = 17.0
+"""Largest lateral grip (m/s²)."""
 LENGTHWISE_GRIP = 2.0
-"""Longitudinal grip of the tyres, as a multiple of the lateral one: enough for the brakes' force at low speed."""
+"""Longitudinal grip of the tires, as a multiple of the lateral one: enough for the brakes' force at low speed."""
 ROLLING_MPS2 = 0.12
+"""Rolling resistance (m/s²)."""
 COAST_MPS2 = 3.9
 """Largest engine drag without throttle (m/s²), for a vehicle that launches with `LAUNCH_MOST_MPS2`."""
 COAST_RISE_MPS = 2.5
+"""Speed constant of the rise of engine drag from rest (m/s)."""
 COAST_FALL_MPS = 18.0
+"""Speed constant of the fall of engine drag at high speed (m/s)."""
 NEUTRAL_COAST = 0.1
+"""Share of the engine drag that remains in neutral."""
 ENGAGE_S = 0.8
-"""A vehicle is spawned in neutral; its gearbox is in first gear this long after the first throttle (s). The effect is
-known (CARLA issues #1640, #3256, #6477); the time is the median lead on the tuning half of docs/real-carla.md.
+"""Time from the first throttle until the gearbox is in first gear (s). A vehicle is spawned in neutral.
+
+The effect is known (CARLA issues #1640, #3256, #6477). The time is the median lead on the tuning half
+of docs/real-carla.md.
 """
 HOLD_MPS2 = 5.0
-"""Keeps a vehicle at rest on a slope while there is no pedal or steering input: Unreal puts it to sleep."""
+"""Deceleration that holds a vehicle at rest on a slope without pedal or steering input (m/s²).
+
+Unreal puts such a vehicle to sleep.
+"""
 HOLD_BELOW_MPS = 0.1
+"""Speed below which it applies (m/s)."""
 MAX_WHEEL_RAD = 1.5
+"""Largest wheel angle (rad)."""
 STEER_RATE_PER_S = 4.0
+"""Rate limit of the steering wheel (1/s)."""
 BRAKING_SHARE = 0.3
-"""Share of the grip that is always left for braking in a bend."""
+"""Share of the grip that always remains for braking in a bend."""
 YAW_LAG_S = 0.06
+"""Time constant of the yaw rate (s)."""
 MAX_YAW_ACCELERATION = 20.0
+"""Largest yaw acceleration (rad/s²)."""
 TIGHTEST_RADIUS_M = 3.7
-"""Wheel angle at full lock of a vehicle with the wheelbase below: the fit of World on Rails to CARLA's Lincoln."""
+"""Radius at full lock of a vehicle with the wheelbase below (m): the fit of World on Rails to CARLA's Lincoln."""
 RADIUS_WHEELBASE_M = 2.88
+"""Wheelbase of that vehicle (m)."""
 SCRUB_SHARE = 0.25
-"""Share of the tyres' side force with which the steered front wheels slow the vehicle at full lock."""
+"""Share of the tires' side force with which the steered front wheels slow the vehicle at full lock."""
 STEER_KNOT_KMH = 20.0
+"""Distance between the speeds of a steering curve (km/h)."""
 STEER_KNOTS_KMH = STEER_KNOT_KMH * np.arange(10)
 """Speeds at which a vehicle's steering curve is stored (km/h)."""
 SLIP_SHARE = 0.72
-"""Share of the curvature of the path that the wheels point along: CARLA's tyres slip more than a bicycle model's."""
+"""Curvature of the path as a share of that of the wheels' direction. CARLA's tires slip more than a bicycle model's."""
 REVERSE_TOP_MPS = 12.0
+"""Highest speed in reverse (m/s)."""
 MOST_GEARS = 8
+"""Maximum number of gears."""
 
 NO_CONTROL = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 LEAST_CONTROL = np.array((0.0, -1.0, 0.0, -np.inf, -np.inf, -np.inf, -1.0))
@@ -94,7 +119,7 @@ class Vehicles(Table):
     steer: Floats = field(default_factory=numbers())
     """Steering wheel, -1 to 1, after its rate limit."""
     constant: Floats = field(default_factory=numbers(3))
-    """Velocity held in the vehicle's frame, where `is_constant`."""
+    """Velocity held in the vehicle's frame, if `is_constant`."""
     is_constant: NDArray[np.bool_] = field(default_factory=flags())
     wheelbase: Floats = field(default_factory=numbers())
     power: Floats = field(default_factory=numbers())
@@ -109,7 +134,7 @@ class Vehicles(Table):
     """Deceleration at full brake and speed, m/s²."""
     hand_brake: Floats = field(default_factory=numbers())
     grip: Floats = field(default_factory=numbers())
-    """Largest acceleration that the tyres hold, m/s²."""
+    """Largest acceleration that the tires hold, m/s²."""
     factors: Floats = field(default_factory=numbers(len(STEER_KNOTS_KMH)))
     """Share of the full wheel angle at each of `STEER_KNOTS_KMH`."""
     shift_mps: Floats = field(default_factory=numbers(MOST_GEARS))
@@ -121,16 +146,16 @@ class Vehicles(Table):
     max_steer: Floats = field(default_factory=numbers())
     """Wheel angle at full lock, radians."""
     sticky: NDArray[np.bool_] = field(default_factory=flags())
-    """True if it keeps its control until a new one comes, as CARLA's vehicles do by default."""
+    """True if it keeps its control until the next one, as CARLA's vehicles do by default."""
     light_state: NDArray[np.int64] = field(default_factory=indices())
     """Flags of `carla.VehicleLightState`."""
     engage_s: Floats = field(default_factory=numbers())
-    """Seconds of throttle still needed until the automatic gearbox is in gear for the first time."""
+    """Time of throttle until the automatic gearbox is in gear for the first time (s)."""
     limit_kmh: Floats = field(default_factory=numbers())
     """Speed limit of the last sign that the vehicle passed (km/h)."""
 
     def add(self, row: int, model: VehicleSpec, physics: PhysicsParameters) -> int:
-        """Adds a vehicle of `model` whose body is `row`."""
+        """Add a vehicle of `model` whose body is `row`."""
         index = self.append(
             row=row,
             wheelbase=model.wheelbase_m,
@@ -143,7 +168,7 @@ class Vehicles(Table):
         return index
 
     def take(self, index: int, model: VehicleSpec, physics: PhysicsParameters) -> None:
-        """Set a vehicle's technical data; what they do not define stays as in the `model`."""
+        """Set a vehicle's technical data. Values that it does not define stay as in the `model`."""
         mass, usual = physics.mass_kg, parameters_of(model)
         lighter = model.mass_kg / mass
         power = physics.power_w / mass
@@ -176,7 +201,7 @@ class Vehicles(Table):
         return bounded(control, LEAST_CONTROL, MOST_CONTROL)
 
     def step(self, bodies: BodyTable, dt: float) -> None:
-        """Moves all simulated vehicles by `dt` seconds in the plane."""
+        """Move all simulated vehicles by `dt` seconds in the plane."""
         row = self.row
         active = bodies.simulated[row]
         control = self.clean_controls()
@@ -214,13 +239,13 @@ class Vehicles(Table):
             self.control[~self.sticky] = NO_CONTROL
 
     def _engage(self, control: Floats, active: NDArray[np.bool_], dt: float) -> None:
-        """Put new vehicles into gear, as in CARLA: after a while with throttle, at once by hand or in reverse."""
+        """Put new vehicles into gear, as in CARLA: after a time with throttle, immediately by hand or in reverse."""
         chosen = (control[:, MANUAL] > 0) & (control[:, GEAR] != 0) | (control[:, REVERSE] > 0)
         pressed = active & (control[:, THROTTLE] > 0)
         self.engage_s = np.where(chosen, 0.0, np.maximum(self.engage_s - dt * pressed, 0.0))
 
     def wheel_angle(self, ahead: Floats) -> Floats:
-        """Angle of the front wheels in radians; less of it at speed, by the vehicle's steering curve."""
+        """Return the angle of the front wheels (rad). The vehicle's steering curve reduces it at speed."""
         angle: Floats = bounded(self.steer * self.max_steer * self._factor(ahead), -MAX_WHEEL_RAD, MAX_WHEEL_RAD)
         return angle
 
@@ -233,29 +258,30 @@ class Vehicles(Table):
         return factor
 
     def _full_push(self, speed: Floats) -> Floats:
-        """Return the acceleration at full throttle (m/s²): limited by the launch at rest, by power at speed, with a
-        smooth transition.
+        """Return the acceleration at full throttle (m/s²).
+
+        It is limited by the launch at rest and by power at speed, with a smooth transition.
         """
         push: Floats = self.launch * self.power / np.hypot(self.launch * speed, self.power)
         return push
 
     def _idle_drag(self, speed: Floats) -> Floats:
-        """Deceleration by the engine without throttle, m/s²."""
+        """Return the deceleration by the engine without throttle (m/s²)."""
         rise = 1.0 - np.exp(-speed / COAST_RISE_MPS)
         drag: Floats = self.coast * rise / (1.0 + (speed / COAST_FALL_MPS) ** 4)
         return drag
 
     def _full_brake(self, speed: Floats) -> Floats:
-        """Deceleration at full brake, m/s²."""
+        """Return the deceleration at full brake (m/s²)."""
         brake: Floats = self.brake * (1.0 + BITE * np.exp(-((speed / BITE_MPS) ** 2)))
         return brake
 
     def _longitudinal(
         self, control: Floats, ahead: Floats, pitch: Floats, bend: tuple[Floats, Floats], dt: float
     ) -> Floats:
-        """Return the speed along the vehicle after `dt`: engine and slope push; friction can only slow it down.
+        """Return the speed along the vehicle after `dt`. Engine and slope push; friction can only slow it down.
 
-        `bend` holds the lateral acceleration, which uses up grip, and the angle of the front wheels.
+        `bend` contains the lateral acceleration, which uses up grip, and the angle of the front wheels.
         """
         side, angle = bend
         most = LENGTHWISE_GRIP * self.grip
@@ -295,7 +321,7 @@ class Vehicles(Table):
         self.steer += bounded(control[:, STEER] - self.steer, -limit, limit)
 
     def _steered_rate(self, angle: Floats, ahead: Floats) -> Floats:
-        """Return the yaw rate (rad/s) of the path that the wheels point along, within the tyres' grip."""
+        """Return the yaw rate (rad/s) of the path in the wheels' direction, within the tires' grip."""
         sharpest = RADIUS_WHEELBASE_M / (TIGHTEST_RADIUS_M * self.wheelbase)
         pointed = SLIP_SHARE * np.tan(angle) / (self.wheelbase * sharpest)
         curvature = sharpest * np.tanh(pointed)
@@ -304,16 +330,16 @@ class Vehicles(Table):
         return held
 
     def _lateral(self, wanted: Floats, ahead: Floats, aside: Floats, rate: Floats, dt: float) -> tuple[Floats, Floats]:
-        """Return yaw rate (rad/s) and lateral speed (m/s) after `dt`, moving towards those of the steered path."""
+        """Return yaw rate (rad/s) and lateral speed (m/s) after `dt`, moving toward those of the steered path."""
         change = (wanted - rate) * min(1.0, dt / YAW_LAG_S)
         rate = rate + bounded(change, -MAX_YAW_ACCELERATION * dt, MAX_YAW_ACCELERATION * dt)
         slip = 0.5 * self.wheelbase * rate - aside
-        turning = ahead * rate  # takes its share of the grip first
+        turning = ahead * rate  # it takes its share of the grip first
         aside = aside + bounded(slip, (-self.grip - turning) * dt, (self.grip - turning) * dt)
         return rate, aside
 
     def steer_for(self, curvature: Floats, ahead: Floats) -> Floats:
-        """Return the steer (-1 to 1) with which each vehicle's path has this curvature (1/m): the inverse model."""
+        """Return the steer (-1 to 1) for which each vehicle's path has this curvature (1/m): the inverse model."""
         sharpest = RADIUS_WHEELBASE_M / (TIGHTEST_RADIUS_M * self.wheelbase)
         share = np.arctanh(bounded(curvature / sharpest, -0.98, 0.98))
         angle = np.arctan(share * self.wheelbase * sharpest / SLIP_SHARE)
@@ -321,7 +347,7 @@ class Vehicles(Table):
         return steer
 
     def pedals_for(self, acceleration: Floats, ahead: Floats) -> tuple[Floats, Floats]:
-        """Return throttle and brake with which each vehicle has an acceleration (m/s²) on a level road."""
+        """Return throttle and brake for which each vehicle has an acceleration (m/s²) on a level road."""
         speed = np.abs(ahead)
         full, idle = self._full_push(speed), self._idle_drag(speed)
         wanted = acceleration + ROLLING_MPS2 + self.drag * speed * speed

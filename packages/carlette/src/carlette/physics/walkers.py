@@ -1,4 +1,4 @@
-"""Pedestrians and animals: they walk as commanded, jump, and are knocked aside when hit."""
+"""Pedestrians and animals: they walk as commanded, jump, and are knocked aside by impacts."""
 
 from __future__ import annotations
 
@@ -14,16 +14,17 @@ from carlette.physics.bodies import BodyTable
 from carlette.physics.column_table import Table, flags, indices, numbers
 
 TURN_DEG_PER_S = 720.0
+"""Largest yaw rate of a walker (degrees/s). Ours."""
 SLIDE_MPS2 = 5.0
-"""Friction of a knocked walker or a pushed prop on the road."""
+"""Friction of a knocked walker or a pushed prop on the road (m/s²). Ours."""
 MOST_MPS = 40.96
-"""CARLA clamps a walker's speed to this (`MaxWalkSpeed`)."""
+"""Highest speed of a walker (m/s), to which CARLA clamps it (`MaxWalkSpeed`)."""
 LEAP_MPS = 4.2
-"""Upward speed of a jump: Unreal's default for characters."""
+"""Upward speed of a jump (m/s): Unreal's default for characters."""
 DEADLY_MPS = 2.0
-"""Change of speed in an impact with a vehicle that kills a walker that is not invincible (m/s)."""
+"""Change of speed in an impact with a vehicle that kills a walker that is not invincible (m/s). Ours."""
 LIES_S = 10.0
-"""A dead walker leaves the world after this time."""
+"""Time after which a dead walker leaves the world (s). Ours."""
 
 
 class WalkerImpact(Protocol):
@@ -50,22 +51,22 @@ class Walkers(Table):
     control: Floats = field(default_factory=numbers(5))
     """Direction x, y, z (world), speed in m/s, jump: as the client sent them."""
     push: Floats = field(default_factory=numbers(2))
-    """Velocity from being hit, which decays."""
+    """Velocity from an impact, which decays."""
     jumped: NDArray[np.bool_] = field(default_factory=flags())
-    """True if it has already jumped for the present command: the next jump needs the button released first."""
+    """True if it has already jumped for the present command. The next jump needs the button released first."""
     mortal: NDArray[np.bool_] = field(default_factory=flags())
-    """True if it is not invincible: a vehicle can kill it."""
+    """True if it is not invincible, so that a vehicle can kill it."""
     dead: NDArray[np.bool_] = field(default_factory=flags())
     dead_s: Floats = field(default_factory=numbers())
 
     def step(self, bodies: BodyTable, airborne: NDArray[np.bool_], dt: float) -> None:
-        """Move all simulated walkers by `dt` seconds in the plane; those in the air keep their velocity."""
+        """Move all simulated walkers by `dt` seconds in the plane. Those in the air keep their velocity."""
         row = self.row
         active = bodies.simulated[row]
         unit, going = self._will()
         velocity = unit * going[:, None] + self.push
         velocity = np.where(active[:, None], velocity, 0.0)
-        # In the air nobody slides.
+        # There is no friction in the air.
         self.push = np.where(airborne[:, None], self.push, slowed(self.push, SLIDE_MPS2 * dt))
         heading = np.degrees(np.arctan2(unit[:, 1], unit[:, 0]))
         yaw = bodies.rotation[row, 1]
@@ -85,12 +86,12 @@ class Walkers(Table):
         bodies.record["walk_jump"][row] = wants
 
     def take_push(self, bodies: BodyTable) -> None:
-        """After a collision, let the part of a walker's motion that it was not commanded decay slowly."""
+        """After a collision, let the part of a walker's motion that was not commanded decay slowly."""
         unit, going = self._will()
         self.push = bodies.velocity[self.row, :2] - unit * going[:, None]
 
     def wound(self, bodies: BodyTable, hits: Sequence[WalkerImpact], cars: Set[int]) -> None:
-        """Kills the mortal walkers that one of the `cars` (rows of vehicles) has hit hard."""
+        """Kill the mortal walkers that one of the `cars` (rows of vehicles) has hit hard."""
         for index in np.flatnonzero(self.mortal & ~self.dead).tolist():
             row = int(self.row[index])
             for hit in hits:

@@ -1,4 +1,7 @@
-"""The folder of the logs. No file name from a client can lead out of it, since the protocol has no authentication."""
+"""The folder of the logs.
+
+A file name from a client cannot lead out of it, because the protocol has no authentication.
+"""
 
 from __future__ import annotations
 
@@ -9,13 +12,16 @@ from pathlib import Path
 from carlette.errors import CompletionRequestError
 
 LONGEST_NAME, LONGEST_PATH = 255, 1024
-"""Longest name, and longest path within the folder (bytes): with the folder it stays below the system's 4,096."""
+"""Longest name and longest path within the folder (bytes).
+
+Ours; with the folder, a path stays below the system's 4,096.
+"""
 LONGEST_TOLD = 200
-"""Characters of a name that an error message repeats."""
+"""Number of characters of a name that an error message repeats. Ours."""
 
 
 def default_folder() -> Path:
-    """`carlette/recordings` in the user's folder for state (XDG base directories)."""
+    """Return `carlette/recordings` in the user's folder for state (XDG base directories)."""
     try:
         state = Path(os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state")
     except RuntimeError:  # a user without a home
@@ -24,9 +30,10 @@ def default_folder() -> Path:
 
 
 def path_in(folder: Path, name: str) -> Path:
-    """The file that a client names: relative to the folder, or absolute and within it.
+    """Return the file that a client names: relative to the folder, or absolute and within it.
 
-    Raises `CompletionRequestError` for everything that leads elsewhere, also through `..` or a link.
+    Raises:
+        CompletionRequestError: The name leads elsewhere, also through `..` or a link.
     """
     encoded = os.fsencode(name)
     if not name or "\0" in name or len(encoded) > LONGEST_PATH or max(map(len, encoded.split(b"/"))) > LONGEST_NAME:
@@ -44,7 +51,7 @@ def path_in(folder: Path, name: str) -> Path:
 
 
 def make_room(path: Path) -> None:
-    """Create the folder of a log to be written; raise `CompletionRequestError` if that fails."""
+    """Create the folder of a log; raise `CompletionRequestError` if that fails."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:

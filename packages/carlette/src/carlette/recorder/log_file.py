@@ -1,13 +1,15 @@
 """The log file: a line that names the format, then msgpack arrays that each begin with their kind.
 
-    ["start", map, date]                                    once
-    ["spawn", id, type, {attribute: [type, text]}, parent]  when an actor is first seen
-    ["gone", id]
-    ["hit", seconds, id, other id, impulse in N·s]
-    ["frame", number, seconds, ids, motion, light ids, light colours]
+```
+["start", map, date]                                    once
+["spawn", id, type, {attribute: [type, text]}, parent]  at the first frame of an actor
+["gone", id]
+["hit", seconds, id, other id, impulse in N·s]
+["frame", number, seconds, ids, motion, light ids, light colors]
+```
 
-`ids` are packed uint32, `motion` packed float32: x y z, pitch yaw roll, vx vy vz of each. A file that ends in the
-middle of an array (its disk was full, its server was killed) is read up to there.
+`ids` are packed uint32. `motion` is packed float32: x y z, pitch yaw roll, vx vy vz of each actor. If a file ends in
+the middle of an array (its disk was full, or its server was killed), the part before it is read.
 """
 
 from __future__ import annotations
@@ -27,7 +29,9 @@ from carlette.safe_files import read_regular
 
 MAGIC = b"carlette log 1\n"
 NUMBERS = 9
+"""Numbers per actor in `motion`."""
 LARGEST_BYTES = 1 << 31
+"""Largest log that is read (bytes). Ours."""
 
 
 class Entry(NamedTuple):
@@ -40,7 +44,7 @@ class Entry(NamedTuple):
 
     @property
     def role(self) -> str:
-        """The role name that its client gave it."""
+        """Role name from the client that spawned the actor."""
         return self.attributes.get("role_name", (0, ""))[1]
 
 
@@ -68,7 +72,7 @@ class LogCollision(NamedTuple):
 
 @dataclass
 class LogFile:
-    """A log as it was read."""
+    """Content of a log."""
 
     path: Path
     map_name: str = ""
@@ -79,18 +83,18 @@ class LogFile:
 
     @property
     def duration_s(self) -> float:
-        """From the first to the last frame."""
+        """Time from the first to the last frame (s)."""
         return self.frames[-1].time_s if self.frames else 0.0
 
 
 def encode_entry(*parts: Any) -> bytes:
-    """One array of the file."""
+    """Return one array of the file."""
     packed: bytes = msgpack.packb(parts, unicode_errors="surrogateescape")
     return packed
 
 
 def read_tape(path: Path) -> LogFile:
-    """Read a log; raise `CompletionRequestError` for a file that is missing, unreadable or of another format."""
+    """Read a log; raise `CompletionRequestError` if the file is missing, unreadable or of another format."""
     try:
         if not path.is_file():
             raise FileNotFoundError

@@ -28,7 +28,7 @@ class LogRecorder:
         self._began_s = world.elapsed_s
         self._known: set[int] = set()
         self._hits: set[tuple[int, int]] = set()
-        """Pairs that touched in the last frame."""
+        """Pairs of actors that touched in the last frame."""
         self._file: BinaryIO | None = _begin(path)
         self._write(encode_entry("start", world.roads.file.name, time.strftime("%Y-%m-%d %H:%M:%S")))
         self.note(world)
@@ -63,16 +63,17 @@ class LogRecorder:
         self._write(b"".join(parts))
 
     def stop(self) -> None:
-        """Ends the file."""
+        """End the file."""
         if self._file is not None:
             try:
                 self._file.close()
             except OSError as error:
+                # A failed write ends the recording; the simulation continues.
                 self._give_up(error)
             self._file = None
 
     def _collisions(self, world: World) -> list[bytes]:
-        """Contacts that began in this tick."""
+        """Return contacts that began in this tick."""
         ids = world.bodies.record["id"]
         now, parts = set(), []
         for contact in world.contacts:
@@ -90,6 +91,7 @@ class LogRecorder:
                 self._file.write(data)
                 self._file.flush()
         except OSError as error:
+            # A failed write ends the recording; the simulation continues.
             self._give_up(error)
 
     def _give_up(self, error: OSError) -> None:
@@ -99,7 +101,7 @@ class LogRecorder:
             try:
                 broken.close()
             except OSError:
-                # What is still in its buffer cannot be written now either.
+                # Drop the file without a flush: the content of its buffer cannot be written now either.
                 return
 
 

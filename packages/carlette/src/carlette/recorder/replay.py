@@ -1,11 +1,11 @@
-"""Replays a log: its actors are spawned, or found if they still exist, and moved along their recorded paths."""
+"""Replays a log: spawns its actors, or uses those that still exist, and moves them along their recorded paths."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
 
-from carlette.blueprints import AttributeType, load_catalogue
+from carlette.blueprints import AttributeType, load_catalog
 from carlette.errors import CompletionRequestError
 from carlette.geometry import Floats, Pose, Rotation, Vector
 from carlette.recorder.log_file import Entry, LogFile, LogFrame
@@ -15,14 +15,15 @@ from carlette.world.traffic_lights import Color
 from carlette.world.world import SPECTATOR, World
 
 HIGH_M = 5000.0
-"""Where actors are spawned before they are put on their paths: nothing else is there."""
+"""Height at which actors are spawned before they are put on their paths (m). Ours; nothing else is at that height."""
 
 
 @dataclass
 class ReplayOptions:
-    """What clients set for replays, also while one is playing."""
+    """Options of replays. Clients may change them during a replay."""
 
     time_factor: float = 1.0
+    """Ratio of recorded time to simulated time."""
     ignores_hero: bool = False
     ignores_spectator: bool = False
 
@@ -41,8 +42,10 @@ class Replay:
     ) -> None:
         """Begin `start_s` after the start of the log (before its end if negative), for `duration_s` (0: all of it).
 
-        The spectator follows the actor with the id `follow_id` in the log, unless that is 0. Raises
-        `CompletionRequestError` for a log that is empty or belongs to another map.
+        The spectator follows the actor with the id `follow_id` in the log, unless that is 0.
+
+        Raises:
+            CompletionRequestError: The log is empty or belongs to another map.
         """
         if tape.map_name != world.roads.file.name:
             raise CompletionRequestError(
@@ -63,13 +66,13 @@ class Replay:
         self._follow_id = follow_id
         self._index = 0
         self._actors: dict[int, Actor] = {}
-        """By the id in the log."""
+        """Actors by their ids in the log."""
         self._brought: set[int] = set()
         self._colors: dict[int, int] = {}
         self.is_over = False
 
     def step(self, world: World) -> None:
-        """Put all actors where the log has them at this time, and advance the time by one tick."""
+        """Put all actors at their positions in the log at this time, and advance the time by one tick."""
         now, after, share = self._frames()
         self._meet(world, now)
         later = dict(zip(after.ids.tolist(), after.motion, strict=True))
@@ -84,7 +87,7 @@ class Replay:
         self.time_s = min(self.time_s + world.step_s * self._options.time_factor, self.end_s)
 
     def stop(self, world: World, keep_actors: bool) -> None:
-        """Release the actors: to the physics, or out of the world if the replay spawned them."""
+        """Release the actors to the physics, or remove those that the replay spawned."""
         for number, actor in self._actors.items():
             if world.actors.get(actor.id) is not actor:
                 continue
@@ -95,7 +98,7 @@ class Replay:
         self.is_over = True
 
     def _frames(self) -> tuple[LogFrame, LogFrame, float]:
-        """Return the frames around the present time, and the share of the way from the first to the second."""
+        """Return the frames around the present time, and the share of the path from the first to the second."""
         frames = self._tape.frames
         if frames[self._index].time_s > self.time_s:
             self._index = 0
@@ -127,7 +130,7 @@ class Replay:
         if self._is_left_out(entry):
             return None
         if same is None or same.type_id != entry.type_id:
-            if entry.type_id not in load_catalogue().definitions:
+            if entry.type_id not in load_catalog().definitions:
                 return None
             attributes = {name: (AttributeType(kind), text) for name, (kind, text) in entry.attributes.items()}
             same = spawn(world, entry.type_id, attributes, Pose(Vector(0.0, 10.0 * entry.id, HIGH_M)))

@@ -10,7 +10,7 @@ KINDS = {"vehicle.": "v", "walker.": "w", "traffic.": "t"}
 
 
 def file_info(tape: LogFile, show_all: bool) -> str:
-    """Return map, date and length; with `show_all`, also each frame in which something happens."""
+    """Return map, date and length; with `show_all`, also each frame that contains an event."""
     lines = [_head(tape)]
     if show_all:
         known: set[int] = set()
@@ -26,7 +26,7 @@ def file_info(tape: LogFile, show_all: bool) -> str:
 
 
 def collisions(tape: LogFile, first_kind: str, second_kind: str) -> str:
-    """Collisions of two kinds: h hero, v vehicle, w walker, t traffic light, o other, a any."""
+    """Return collisions of two kinds: h hero, v vehicle, w walker, t traffic light, o other, a any."""
     lines = [_head(tape), f"{'Time':>8}  Types  {'Id':>6} Actor 1{'':<33} {'Id':>6} Actor 2"]
     for hit in tape.hits:
         pair = [tape.entries.get(item) for item in (hit.id, hit.other_id)]
@@ -41,7 +41,7 @@ def collisions(tape: LogFile, first_kind: str, second_kind: str) -> str:
 
 
 def blocked(tape: LogFile, least_s: float, least_m: float) -> str:
-    """Vehicles and walkers that moved less than `least_m` within `least_s`, the longest first."""
+    """Return vehicles and walkers that moved less than `least_m` within `least_s`, longest first."""
     found = [stop for number in tape.entries for stop in _stops(tape, number, least_s, least_m)]
     found.sort(key=lambda item: -item[2])
     lines = [_head(tape), f"{'Time':>8}  {'Id':>6} Actor{'':<35} {'Duration':>10}"]

@@ -1,4 +1,4 @@
-"""How long, and with how much data, the server keeps a peer that does not finish."""
+"""Limits of time and data for peers that do not finish a request."""
 
 from __future__ import annotations
 
@@ -6,11 +6,14 @@ from collections.abc import Iterable, Iterator
 from typing import Protocol, TypeVar
 
 UNFINISHED_S = 60.0
-"""A request must be complete this long after its first byte (s): enough for the largest map at 20 Mbit/s."""
+"""Time within which a request must be complete after its first byte (s).
+
+Ours; enough for the largest map at 20 Mbit/s.
+"""
 UNNAMED_S = 60.0
-"""Time within which a peer of the streaming port must name its stream (s); the client does so at once."""
+"""Time within which a peer of the streaming port must name its stream (s). Ours; the client does so at once."""
 MOST_HELD_BYTES = 256 << 20
-"""Most bytes held by all connections together: twice the largest map."""
+"""Maximum number of bytes that all connections together may hold. Ours: twice the largest map."""
 
 
 class Client(Protocol):
@@ -18,11 +21,11 @@ class Client(Protocol):
 
     @property
     def unfinished_since(self) -> float | None:
-        """When the request that is not answered yet began (s, monotonic)."""
+        """Start of the request that is not answered yet (s, monotonic); None without one."""
 
     @property
     def held_bytes(self) -> int:
-        """How many bytes it holds."""
+        """Number of bytes that the connection holds."""
 
 
 class Listener(Protocol):
@@ -30,11 +33,11 @@ class Listener(Protocol):
 
     @property
     def stream_id(self) -> int:
-        """The stream to which it listens; 0 until it has named one."""
+        """Stream of the connection; 0 until the peer has named one."""
 
     @property
     def came(self) -> float:
-        """When it connected (s, monotonic)."""
+        """Time of the connection (s, monotonic)."""
 
 
 C = TypeVar("C", bound=Client)
@@ -42,9 +45,7 @@ L = TypeVar("L", bound=Listener)
 
 
 def timed_out_clients(clients: Iterable[C], now: float) -> Iterator[tuple[C, str]]:
-    """Yield the clients whose request has been unfinished for too long, and the largest ones while all hold too
-    much.
-    """
+    """Yield the clients with a request that is too old. If all hold too much, also yield the largest."""
     left = []
     for item in clients:
         if item.unfinished_since is not None and now - item.unfinished_since > UNFINISHED_S:

@@ -13,10 +13,11 @@ import msgpack
 from carlette.rpc.request_framing import BAD_BYTES, RequestBuffer
 
 READ_BYTES = 1 << 20
+"""Maximum number of bytes per read. Ours."""
 MOST_UNREAD_BYTES = 16 << 20
-"""While a client has more unread answers than this (bytes), its further requests wait."""
+"""Size of the unread answers above which a client's further requests wait (bytes). Ours."""
 LONGEST_TURN_S = 0.25
-"""After this time the requests of other clients come first (s)."""
+"""Time after which the requests of other clients come first (s). Ours."""
 
 log = logging.getLogger(__name__)
 
@@ -35,7 +36,7 @@ class RpcConnection:
         self.is_behind = False
         """True if complete requests have not been handled yet."""
         self.unfinished_since: float | None = None
-        """When the incomplete request began, by the clock (s)."""
+        """Start of the incomplete request, on the clock (s); None without one."""
         self._clock = clock
         self._frames = RequestBuffer()
         self._packer = msgpack.Packer(unicode_errors="surrogateescape")
@@ -43,33 +44,36 @@ class RpcConnection:
 
     @property
     def wants_to_write(self) -> bool:
-        """True while a reply could not be sent completely."""
+        """True while a part of a reply is not sent."""
         return bool(self._unsent)
 
     @property
     def is_paused(self) -> bool:
-        """True while too many answers are unread, so that no more requests are taken."""
+        """True while too many answers are unread, so that no further requests are handled."""
         return len(self._unsent) > MOST_UNREAD_BYTES
 
     @property
     def held_bytes(self) -> int:
-        """Memory that it holds (bytes): requests not yet handled and answers not yet read."""
+        """Memory of the connection (bytes): requests not yet handled and answers not yet read."""
         return self._frames.held_bytes + len(self._unsent)
 
     def read(self) -> bool:
-        """Handle what has arrived, for a limited time; False when the connection has ended."""
+        """Handle the received requests for a limited time; return False when the connection has ended."""
         if not self.is_behind:
             try:
                 data = self.socket.recv(READ_BYTES)
             except BlockingIOError:
+                # No data is available now; the selector reports the next data.
                 return True
             except OSError:
+                # The connection is broken; the server closes it.
                 return False
             if not data:
                 return False
             try:
                 self._frames.feed(data)
             except BAD_BYTES as error:
+                # The rest of the stream cannot be split into requests, so the connection ends.
                 log.warning("closing a connection that sends too much at once: %s", error)
                 return False
         return self._handle()
@@ -86,6 +90,7 @@ class RpcConnection:
                     break
                 number, method, parameters = _request(frame)
             except BAD_BYTES as error:
+                # The bytes after a broken message cannot be interpreted, so the connection ends.
                 log.warning("closing a connection that does not speak msgpack-rpc: %s", error)
                 return False
             finished = True
@@ -101,7 +106,7 @@ class RpcConnection:
             self.unfinished_since = self._clock()
 
     def reply(self, number: int, result: Any, error: str | None = None) -> None:
-        """Answers request `number`."""
+        """Answer request `number`."""
         self._unsent += self._packer.pack([1, number, error, result])
         self.write()
 
@@ -110,9 +115,10 @@ class RpcConnection:
         try:
             sent = self.socket.send(self._unsent)
         except BlockingIOError:
+            # The socket is full; the selector reports when it accepts data again.
             return
         except OSError:
-            # The peer is gone; the read side notices and closes.
+            # The peer is gone. The read side detects it and closes.
             self._unsent.clear()
             return
         del self._unsent[:sent]
@@ -130,8 +136,9 @@ def _request(frame: bytes) -> tuple[int, str, list[Any]]:
 
 
 def _peer(sock: socket.socket) -> str:
-    """The other end's address; empty when it has gone since it was accepted."""
+    """Return the address of the other end; empty if it has disconnected since it was accepted."""
     try:
         return str(sock.getpeername()[0])
     except OSError:
+        # The peer has disconnected; the next read closes the connection.
         return ""

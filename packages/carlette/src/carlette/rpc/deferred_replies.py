@@ -13,26 +13,29 @@ from typing import Any
 from carlette.rpc.connection import RpcConnection
 
 LONGEST_HOLD_S = 3.0
-"""Longest delay of an answer (s). The client's default timeout is 5 s; later pictures then come after the answer."""
+"""Maximum delay of an answer (s).
+
+Ours: the client's default timeout is 5 s. Pictures that take longer come after the answer.
+"""
 
 
 @dataclass
 class DeferredReply:
-    """A delayed answer, and what it waits for."""
+    """A delayed answer and its conditions."""
 
     connection: RpcConnection
     number: int
     result: Any
     until: Sequence[Future[None]]
     due: float
-    """Time at which it is given in any case."""
+    """Time at which the answer is sent in any case (s, monotonic)."""
     rest_s: float
-    """Time between what it waits for and the answer (s)."""
+    """Time between the end of the wait and the answer (s)."""
     is_resting: bool = False
 
 
 class DeferredReplies:
-    """Answers that have not been given yet. `woken` becomes readable when one may be due."""
+    """Answers that have not been sent yet. `woken` becomes readable when one may be due."""
 
     def __init__(self) -> None:
         self.woken, self._waker = socket.socketpair()
@@ -51,14 +54,14 @@ class DeferredReplies:
     ) -> None:
         """Hold an answer until the futures are done and a rest time has passed, up to a time limit.
 
-        `woken` becomes readable for each of them, also when the answer could not wait for it.
+        `woken` becomes readable for each future, also if the answer was sent before it was done.
         """
         self._held.append(DeferredReply(connection, number, result, until, time.monotonic() + longest_s, rest_s))
         for item in until:
             item.add_done_callback(self._wake)
 
     def release(self, now: float) -> None:
-        """Give the answers that are due."""
+        """Send the answers that are due."""
         for item in self._held:
             if not item.is_resting and all(future.done() for future in item.until):
                 item.is_resting, item.due = True, now + item.rest_s
@@ -72,20 +75,21 @@ class DeferredReplies:
         self._held = [item for item in self._held if item.connection is not connection]
 
     def wait_s(self, now: float, most_s: float) -> float:
-        """Return how long nothing becomes due by time alone (s), at most `most_s`."""
+        """Return the time until the next answer is due (s), at most `most_s`. It ignores the futures."""
         return max(0.0, min([most_s, *(item.due - now for item in self._held)]))
 
     def drain(self) -> None:
         """Clear the wake-up signal."""
+        # The signal may be empty: an answer can be due by time alone.
         with contextlib.suppress(BlockingIOError):
             self.woken.recv(4096)
 
     def close(self) -> None:
-        """Frees the sockets."""
+        """Free the sockets."""
         self._waker.close()
         self.woken.close()
 
     def _wake(self, _: Future[None]) -> None:
-        # Called from other threads. A full pipe wakes the server too, and a server that has ended need not wake.
+        # Called from other threads. A full pipe also wakes the server, and a server that has ended needs no signal.
         with contextlib.suppress(OSError):
             self._waker.send(b"!")

@@ -1,4 +1,4 @@
-"""The methods that a client can call, by name; one file of `handlers` for each topic."""
+"""The methods that a client can call, by name. `handlers` has one file per topic."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from carlette.wire import encode
 Handler = Callable[..., Any]
 """Takes the session and the request's arguments, and returns the value of the response."""
 Call = Callable[..., Any]
-"""Like a handler, but returns the whole response and does not raise on bad arguments."""
+"""Like a handler, but it returns the whole response and does not raise on bad arguments."""
 
 log = logging.getLogger(__name__)
 
@@ -27,29 +27,29 @@ BAD_ARGUMENTS = (
     RuntimeError,
     struct.error,
 )
-"""What reading arguments of the wrong shape raises. RuntimeError comes from the carla library's map queries."""
+"""Errors of reading arguments of the wrong shape. RuntimeError comes from the carla library's map queries."""
 
 
 class Methods:
-    """A table of methods; each name once."""
+    """A table of methods; each name is unique."""
 
     def __init__(self) -> None:
         self.calls: dict[str, Call] = {}
 
     def value(self, *names: str) -> Callable[[Handler], Handler]:
-        """Registers a handler whose response carries its return value."""
+        """Register a handler whose response carries its return value."""
         return self._register(names, encode.value, encode.failure)
 
     def void(self, *names: str) -> Callable[[Handler], Handler]:
-        """Registers a handler whose response is empty."""
+        """Register a handler whose response is empty."""
         return self._register(names, lambda _: encode.done(), encode.void_failure)
 
     def bare(self, *names: str) -> Callable[[Handler], Handler]:
-        """Registers a handler whose return value is sent as it is."""
+        """Register a handler whose return value is sent unchanged."""
         return self._register(names, lambda result: result, encode.failure)
 
     def include(self, others: Iterable[Methods]) -> Methods:
-        """Takes over the methods of other tables."""
+        """Add the methods of other tables."""
         for other in others:
             for name, call in other.calls.items():
                 self._add(name, call)
@@ -76,12 +76,14 @@ def _guarded(name: str, handler: Handler, success: Callable[[Any], Any], failure
         try:
             return success(handler(*arguments))
         except CompletionRequestError as error:
+            # The error becomes the reply, so that the server continues for all clients.
             return failure(str(error))
         except BAD_ARGUMENTS as error:
+            # The error becomes the reply, so that the server continues for all clients.
             log.warning("bad arguments of %s: %s: %s", name, type(error).__name__, error)
             return failure(f"{name}: the arguments cannot be read ({type(error).__name__}: {error})")
         except Exception as error:
-            # One client's request must not end the server for all others.
+            # Catch everything: the request of one client must not end the server for all others.
             log.exception("%s failed", name)
             return failure(f"{name} failed in the server ({type(error).__name__}: {error}); its log says where")
 

@@ -1,7 +1,7 @@
-"""Splits what a client sends into requests, and limits how much it may leave unfinished.
+"""Splits the bytes of a client into requests, and limits the size of an incomplete request.
 
-Until a request is complete, its bytes are kept and not decoded: an empty list takes one byte on the wire and seventy
-in memory.
+The bytes of a request are stored without decoding until it is complete: an empty list takes one byte on the wire and
+seventy in memory.
 """
 
 from __future__ import annotations
@@ -11,14 +11,19 @@ import msgpack
 from carlette.opendrive.map_file import LARGEST_MAP_BYTES
 
 LARGEST_REQUEST_BYTES = 4 << 20
-"""Largest request without the text of a map (bytes); a batch that spawns 1,000 vehicles has 1.5 MB."""
+"""Largest request without the text of a map (bytes).
+
+Ours; a batch that spawns 1,000 vehicles has 1.5 MB.
+"""
 WITH_A_MAP = "copy_opendrive_to_file"
-"""The one call that carries a long text, as its first argument."""
+"""The one call with a long text, its first argument."""
 _HEAD_BYTES = 128
+"""Number of bytes at the start of a request that are decoded for its size limit. Ours."""
 _STR_32 = 0xDB
+"""First byte of a msgpack text with a 32-bit length."""
 
 BAD_BYTES = (msgpack.UnpackException, ValueError, TypeError, OverflowError, RecursionError, MemoryError)
-"""What decoding invalid bytes raises; a map with a list as its key, for example, is a TypeError."""
+"""Errors of decoding invalid bytes. A map with a list as its key, for example, is a TypeError."""
 
 
 class RequestTooLargeError(ValueError):
@@ -26,21 +31,21 @@ class RequestTooLargeError(ValueError):
 
 
 class RequestBuffer:
-    """The bytes that have arrived, and the ends of the requests in them."""
+    """The received bytes, and the ends of the requests in them."""
 
     def __init__(self) -> None:
         self._bytes = bytearray()
         self._scanner = self._fresh()
         self._cut = 0
-        """How much the scanner has read of what was already cut off."""
+        """Position of the scanner in bytes that were already cut off."""
 
     @property
     def held_bytes(self) -> int:
-        """Bytes of requests that have not been taken yet, complete or not."""
+        """Number of bytes of requests that have not been handled yet, complete or not."""
         return len(self._bytes)
 
     def feed(self, data: bytes) -> None:
-        """Add what has arrived."""
+        """Add received bytes."""
         self._bytes += data
         self._scanner.feed(data)
 
@@ -68,7 +73,7 @@ class RequestBuffer:
 
 
 def allowance(head: bytes | bytearray) -> int:
-    """Return how many bytes a request with this beginning may have: more only for a map's text, by its length."""
+    """Return the size limit of a request with this beginning (bytes). Only a map's text has a larger one."""
     reader = msgpack.Unpacker(unicode_errors="surrogateescape")
     reader.feed(head)
     try:
@@ -81,6 +86,8 @@ def allowance(head: bytes | bytearray) -> int:
         reader.skip()
         at = reader.tell()
     except (*BAD_BYTES, msgpack.OutOfData):
+        # A beginning that cannot be decoded gets the usual limit. The decoding of the complete request reports
+        # the error.
         return LARGEST_REQUEST_BYTES
     if head[at] != _STR_32:
         return LARGEST_REQUEST_BYTES

@@ -1,4 +1,4 @@
-"""What a handler gets to work with."""
+"""The context of a handler."""
 
 from __future__ import annotations
 
@@ -20,27 +20,27 @@ class ClientSession:
 
     @property
     def world(self) -> World:
-        """The world of the current episode."""
+        """World of the current episode."""
         return self.simulator.world
 
     def actor(self, actor_id: int, method: str) -> Actor:
-        """An actor by id; raises `UnknownActor`."""
+        """Return an actor by id; raise `UnknownActorError` if it does not exist."""
         return self.world.actor(actor_id, method)
 
     def vehicle(self, actor_id: int, method: str) -> Actor:
-        """A vehicle by id; raises `CompletionRequestError` for anything else."""
+        """Return a vehicle by id; raise `CompletionRequestError` for anything else."""
         return self._of_kind(actor_id, ActorKind.VEHICLE, method)
 
     def walker(self, actor_id: int, method: str) -> Actor:
-        """A walker by id; raises `CompletionRequestError` for anything else."""
+        """Return a walker by id; raise `CompletionRequestError` for anything else."""
         return self._of_kind(actor_id, ActorKind.WALKER, method)
 
     def light(self, actor_id: int, method: str) -> Actor:
-        """A traffic light by id; raises `CompletionRequestError` for anything else."""
+        """Return a traffic light by id; raise `CompletionRequestError` for anything else."""
         return self._of_kind(actor_id, ActorKind.LIGHT, method)
 
     def wire(self, actor: Actor) -> Any:
-        """An actor as the client reads it."""
+        """Return an actor in the client's form."""
         return self.simulator.actor_wire(actor)
 
     def _of_kind(self, actor_id: int, kind: ActorKind, method: str) -> Actor:

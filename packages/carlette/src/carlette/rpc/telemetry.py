@@ -14,19 +14,20 @@ from carlette.world.actor import Actor
 from carlette.world.world import World
 
 IDLE_RPM = 800.0
+"""Engine speed at rest (rpm). Ours."""
 
 
 def wheel_angle(world: World, actor: Actor) -> float:
-    """Angle of the front wheels, radians."""
+    """Return the angle of the front wheels (rad)."""
     return float(world.fleet.wheel_angle(_speeds(world))[actor.index])
 
 
 def telemetry(world: World, actor: Actor) -> list[Any]:
     """Return speed (m/s), steer, throttle, brake, engine speed (rpm), gear, drag (N) and 11 numbers for each wheel.
 
-    A wheel's numbers are friction, lateral and longitudinal slip (both 0: wheels do not slip one by one here), turning
-    speed (rad/s), tyre load (N), the load as a share of its static one, longitudinal and lateral force (N), the two
-    forces as shares of the load, and torque (Nm).
+    The numbers of a wheel are friction, lateral and longitudinal slip (both 0: wheels do not slip separately here),
+    turning speed (rad/s), tire load (N), the load as a share of its static one, longitudinal and lateral force (N), the
+    two forces as shares of the load, and torque (Nm).
     """
     fleet, index = world.fleet, actor.index
     physics = parameters_of_actor(actor)

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Any
 
-from carlette.blueprints import load_catalogue
+from carlette.blueprints import load_catalog
 from carlette.errors import CompletionRequestError
 from carlette.geometry import Vector
 from carlette.physics.vehicle_parameters import PhysicsParameters, Wheel
@@ -16,14 +16,14 @@ from carlette.world.world import World
 
 Wire = Sequence[Any]
 TRACK_SHARE = 0.42
-"""Half the track width, as a share of the vehicle's width."""
+"""Half the track width, as a share of the vehicle's width. Ours."""
 WHEEL_FIELDS = 9
 """Number of a wheel's fields before its position."""
 ABOVE_ZERO = ("mass_kg", "max_rpm", "final_ratio")
 
 
 def physics_control(world: World, actor: Actor) -> list[Any]:
-    """The 17 fields; wheel positions are in the world, in centimetres."""
+    """Return the 17 fields. Wheel positions are in the world frame (cm)."""
     physics = parameters_of_actor(actor)
     return [
         _points(physics.torque_curve),
@@ -50,14 +50,14 @@ def physics_control(world: World, actor: Actor) -> list[Any]:
 
 
 def parameters_of_actor(actor: Actor) -> PhysicsParameters:
-    """A vehicle's technical data; raises `CompletionRequestError` for anything else."""
+    """Return a vehicle's technical data; raise `CompletionRequestError` for anything else."""
     if actor.physics is None:
         raise CompletionRequestError(f"actor {actor.id} ({actor.type_id}) is not a vehicle and has no physics control")
     return actor.physics
 
 
 def wheel_places(world: World, actor: Actor) -> list[list[float]]:
-    """The middle of each wheel in the world, in centimetres: front left, front right, rear left, rear right."""
+    """Return the centers of the wheels in the world frame (cm): front left, front right, rear left, rear right."""
     physics = parameters_of_actor(actor)
     half_base = float(world.fleet.wheelbase[actor.index]) / 2
     half_track = actor.box.extent.y * 2 * TRACK_SHARE
@@ -71,9 +71,10 @@ def wheel_places(world: World, actor: Actor) -> list[list[float]]:
 
 
 def take_physics_control(world: World, actor: Actor, wire: Wire) -> None:
-    """Set what a client sent; the motion follows it from the next tick on.
+    """Set the values that a client sent. The motion uses them from the next tick on.
 
-    Raises `CompletionRequestError` when a number is not finite or one that must be above zero is not.
+    Raises:
+        CompletionRequestError: A number is not finite, or one that must be above zero is not.
     """
     wheels = tuple(Wheel(*map(float, item[:WHEEL_FIELDS])) for item in wire[15])
     old = parameters_of_actor(actor)
@@ -94,14 +95,14 @@ def take_physics_control(world: World, actor: Actor, wire: Wire) -> None:
         drag=float(wire[12]),
         center_of_mass=_triple(wire[13]),
         steering_curve=_pairs(wire[14]) or old.steering_curve,
-        # Programs send four wheels for every vehicle; other wheels keep their values.
+        # Programs send four wheels for every vehicle. Other wheels keep their values.
         wheels=(*wheels, *old.wheels[len(wheels) :])[: len(old.wheels)],
         sweeps_wheels=bool(wire[16]),
     )
     _check(physics)
     actor.physics = physics
     world.bodies.mass[actor.row] = physics.mass_kg
-    world.fleet.take(actor.index, load_catalogue().vehicles[actor.type_id], physics)
+    world.fleet.take(actor.index, load_catalog().vehicles[actor.type_id], physics)
 
 
 def _check(physics: PhysicsParameters) -> None:

@@ -1,4 +1,4 @@
-"""Sensors: what their actors measure on each tick. A new one is a new file and a line in `ALL`."""
+"""Sensors: the measurements of their actors on each tick. A new one is a new file and a line in `ALL`."""
 
 from carlette.errors import CompletionRequestError
 from carlette.sensors.camera import ColorCamera, DepthCamera, InstanceCamera, SemanticCamera
@@ -27,13 +27,11 @@ ALL: dict[str, type[Sensor]] = {
     "sensor.other.obstacle": ObstacleSensor,
     "sensor.other.radar": RadarSensor,
 }
-"""Blueprint id to class."""
+"""Classes by blueprint id."""
 
 
 def make_sensor(type_id: str, attributes: Attributes) -> Sensor:
-    """Return the sensor of an actor; raise `CompletionRequestError` for attributes or kinds that this server does not
-    support.
-    """
+    """Return the sensor of an actor; raise `CompletionRequestError` for an unsupported kind or attribute."""
     kind = ALL.get(type_id)
     if kind is None:
         raise CompletionRequestError(

@@ -1,6 +1,6 @@
-"""The four cameras as sensors: what their attributes mean, and what they send.
+"""The four cameras as sensors: the meaning of their attributes, and their messages.
 
-What is visible is captured on the tick; the pictures are drawn by a separate thread.
+The visible state is captured on the tick. A separate thread draws the pictures.
 """
 
 from __future__ import annotations
@@ -21,13 +21,16 @@ from carlette.sensors.workers import build_static_scene, drawer
 from carlette.world.world import World
 
 LARGEST_PX = 4096
+"""Largest width and height of a picture (px). Ours."""
 NARROWEST_DEG = 1.0
+"""Smallest field of view (degrees). Ours."""
 WIDEST_DEG = 170.0
+"""Largest field of view (degrees). Ours."""
 _HEADER = struct.Struct("<IIf")
 
 
 class Camera(LateSensor):
-    """A camera. Only `image_size_x`, `image_size_y` and `fov` matter; lens, exposure and colour have no effect."""
+    """A camera. Only `image_size_x`, `image_size_y` and `fov` have an effect; lens, exposure and color have none."""
 
     def __init__(self, settings: SensorAttributes) -> None:
         super().__init__(settings)
@@ -40,22 +43,24 @@ class Camera(LateSensor):
 
     def begin(self, moment: SensorTick) -> Future[list[Body]]:
         world = moment.scene.world
-        seen = capture(moment.scene).from_inside(world, world.actors.get(moment.actor.parent_id), moment.pose.location)
+        captured = capture(moment.scene).from_inside(
+            world, world.actors.get(moment.actor.parent_id), moment.pose.location
+        )
         view = CameraView(moment.pose, self.width, self.height, self.fov_deg)
-        return drawer().submit(lambda: self._drawn(seen, view))
+        return drawer().submit(lambda: self._drawn(captured, view))
 
-    def _drawn(self, seen: CapturedActors, view: CameraView) -> list[Body]:
-        picture = self.draw(the_renderer(), seen.shot(), view)
+    def _drawn(self, captured: CapturedActors, view: CameraView) -> list[Body]:
+        picture = self.draw(the_renderer(), captured.shot(), view)
         return [(_HEADER.pack(self.width, self.height, self.fov_deg), picture.data.cast("B"))]
 
     @staticmethod
     @abstractmethod
     def draw(renderer: Renderer, shot: CapturedScene, view: CameraView) -> Bytes:
-        """The picture: (height, width, 4) uint8, bytes B G R A, contiguous."""
+        """Return the picture: (height, width, 4) uint8, bytes B G R A, contiguous."""
 
 
 class ColorCamera(Camera):
-    """A colour picture."""
+    """A color picture."""
 
     wire_type: ClassVar[int] = 13
 
@@ -75,7 +80,7 @@ class DepthCamera(Camera):
 
 
 class SemanticCamera(Camera):
-    """The tag of what is seen, in red."""
+    """The tag of the visible surface, in red."""
 
     wire_type: ClassVar[int] = 14
 
@@ -95,11 +100,11 @@ class InstanceCamera(Camera):
 
 
 def capture(scene: SensorScene) -> CapturedActors:
-    """Return what all cameras see on one tick; computed once."""
-    seen = _seen.get(scene)
-    if seen is None:
-        seen = _seen[scene] = notice(scene.world)
-    return seen
+    """Return the visible state of one tick for all cameras. It is computed once."""
+    captured = _captured.get(scene)
+    if captured is None:
+        captured = _captured[scene] = notice(scene.world)
+    return captured
 
 
-_seen: WeakKeyDictionary[SensorScene, CapturedActors] = WeakKeyDictionary()
+_captured: WeakKeyDictionary[SensorScene, CapturedActors] = WeakKeyDictionary()

@@ -14,14 +14,16 @@ from carlette.geometry import Vector
 from carlette.sensors.sensor import Body, Sensor, SensorAttributes, SensorTick
 
 EARTH_RADIUS_M = 6378137.0
+"""Radius of the Earth in WGS 84 (m)."""
 SMALLEST_SEED, LARGEST_SEED = -(1 << 31), (1 << 31) - 1
+"""Range of `noise_seed`: 32 bits with a sign."""
 _REFERENCE = re.compile(r"\+(lat|lon)_0=([-+0-9.eE]+)")
 _HEADER = re.compile(r"<geoReference>(.*?)</geoReference>", re.DOTALL)
 _FIELDS = ("lat", "lon", "alt")
 
 
 class GeoPoint(NamedTuple):
-    """Degrees and metres."""
+    """Latitude and longitude (degrees), altitude (m)."""
 
     latitude: float
     longitude: float
@@ -29,7 +31,7 @@ class GeoPoint(NamedTuple):
 
 
 class GnssSensor(Sensor):
-    """The antenna's position, with a constant bias and Gaussian noise on each number, by CARLA's attributes."""
+    """The antenna's position, with a constant bias and Gaussian noise on each number, from CARLA's attributes."""
 
     wire_type = 4
 
@@ -52,16 +54,16 @@ def seeded(settings: SensorAttributes) -> np.random.Generator:
 
 
 def map_reference(opendrive: str) -> GeoPoint:
-    """`lat_0` and `lon_0` of a map's geoReference; 0, 0 where it has none, as in CARLA's towns."""
+    """Return `lat_0` and `lon_0` of a map's geoReference; 0, 0 without one, as in CARLA's towns."""
     header = _HEADER.search(opendrive)
     found = dict(_REFERENCE.findall(header[1])) if header else {}
     return GeoPoint(float(found.get("lat", 0.0)), float(found.get("lon", 0.0)), 0.0)
 
 
 def geo_point(origin: GeoPoint, place: Vector) -> GeoPoint:
-    """The geographic place of a point of the map: spherical Mercator scaled at the origin's latitude.
+    """Return the geographic position of a point of the map: spherical Mercator scaled at the origin's latitude.
 
-    That is `carla.Map.transform_to_geolocation` of 0.9.15; CARLA's y points south.
+    It equals `carla.Map.transform_to_geolocation` of 0.9.15. CARLA's y points south.
     """
     scaled_m = math.cos(math.radians(origin.latitude)) * EARTH_RADIUS_M
     north_m = scaled_m * math.log(math.tan(math.radians(90.0 + origin.latitude) / 2.0)) - place.y

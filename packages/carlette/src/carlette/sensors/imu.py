@@ -18,13 +18,14 @@ from carlette.sensors.sensor import Body, Sensor, SensorAttributes, SensorTick
 
 _AXES = ("x", "y", "z")
 SHORTEST_STEP_S = 1e-6
+"""Shortest time between two measurements in a quotient (s), against a division by zero."""
 _SUPPORT = np.array([0.0, 0.0, GRAVITY])
-"""Acceleration that supports the sensor against gravity, m/s²."""
+"""Acceleration that supports the sensor against gravity (m/s²)."""
 
 
 @dataclass(frozen=True)
 class Attitude:
-    """Where the sensor was at one measurement, world frame."""
+    """Position and attitude of the sensor at one measurement, world frame."""
 
     time_s: float
     place: Floats
@@ -32,10 +33,10 @@ class Attitude:
 
 
 class ImuSensor(Sensor):
-    """Measures from the sensor's own path, so that its place on the vehicle matters.
+    """Measures from the sensor's own path, so that its position on the vehicle matters.
 
-    Acceleration is the second difference of the last three positions, as in CARLA, plus the support against gravity.
-    The turn rate follows from the change of attitude since the last measurement. Both are zero until enough
+    Acceleration is the second difference of the last three positions, as in CARLA, plus the support against
+    gravity. The turn rate is the change of attitude since the last measurement. Both are zero until enough
     measurements are available.
     """
 
@@ -62,7 +63,7 @@ class ImuSensor(Sensor):
         self._path.append(Attitude(time_s, np.array(moment.pose.location), axes(moment.pose.rotation)))
 
     def _acceleration(self) -> Floats:
-        """m/s², world frame."""
+        """Return the acceleration (m/s², world frame)."""
         if len(self._path) < 3:
             return np.zeros(3)
         first, middle, last = self._path
@@ -73,7 +74,7 @@ class ImuSensor(Sensor):
         return acceleration
 
     def _turning(self) -> Floats:
-        """rad/s, world frame."""
+        """Return the turn rate (rad/s, world frame)."""
         if len(self._path) < 2:
             return np.zeros(3)
         before, now = self._path[-2], self._path[-1]
@@ -81,6 +82,6 @@ class ImuSensor(Sensor):
 
 
 def compass(frame: Floats) -> float:
-    """The heading in radians from north (CARLA's -y) over east (+x), 0 to 2π."""
+    """Return the heading from north (CARLA's -y) over east (+x), 0 to 2π (rad)."""
     ahead = frame[:, 0]
     return math.atan2(ahead[0], -ahead[1]) % math.tau

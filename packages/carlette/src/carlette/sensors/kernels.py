@@ -1,7 +1,7 @@
 """The inner loops of LiDAR and radar, compiled by numba on first use; the machine code is cached for later runs.
 
-All of it works in the sensor's frame, so a tilted sensor costs nothing extra. A ray is a column (its azimuth) and a
-channel (its elevation); `tangents` are tan(elevation), ascending.
+All of them work in the sensor's frame, so a tilted sensor costs nothing extra. A ray is a column (its azimuth) and a
+channel (its elevation). `tangents` are tan(elevation), ascending.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 from carlette.jit import compiled
 
 Array = Any
-"""A numpy array, as numba sees it."""
+"""A numpy array, as numba types it."""
 
 
 @compiled
@@ -31,17 +31,17 @@ def scan(
     hit: Array,
     gaps: Array,
 ) -> None:
-    """The nearest front face on each ray.
+    """Find the nearest front face on each ray.
 
-    `corners` is (n, 4, 3), flat convex quads in the frames of their bodies; body `i` owns `spans[i, 0]` up to
-    `spans[i, 1]` and is turned by `turns[i]` (3x3) and moved by `shifts[i]` into the sensor's frame. `azimuths` (m) are
-    ascending, within -π to π; `tangents` is (1, k) for all columns or (m, k). Writes `nearness` (m, k), one through the
-    distance in metres, where a face is nearer than what it holds, and `hit` (m, k), `base` plus the quad's index.
-    `gaps[base + quad]` gets the distance of each front face's plane: that over the distance of a point is the cosine of
-    its incidence.
+    `corners` is (n, 4, 3), flat convex quads in the frames of their bodies. Body `i` owns `spans[i, 0]` up to `spans[i,
+    1]`. It is turned by `turns[i]` (3x3) and moved by `shifts[i]` (m) into the sensor's frame. `azimuths` (m) are
+    ascending, within -π to π; `tangents` is (1, k) for all columns or (m, k). The function writes `nearness` (m, k),
+    the inverse of the distance (1/m), where a face is nearer than the stored one, and `hit` (m, k), `base` plus the
+    quad's index. `gaps[base + quad]` gets the distance of each front face's plane. Divided by the distance of a point,
+    it is the cosine of its incidence.
 
     Within one column, a quad covers an interval of tangents: each edge and the sensor span a plane, which gives a
-    linear bound. So only the rays that really hit the quad are processed.
+    linear bound. Therefore only the rays that hit the quad are processed.
     """
     cosines = 1.0 / np.sqrt(1.0 + tangents * tangents)
     ahead, aside = np.cos(azimuths), np.sin(azimuths)
@@ -62,7 +62,7 @@ def scan(
                 continue
             low, high = _edges(p, e, tilt)
             wx, wy, wz = nx / offset, ny / offset, nz / offset
-            # What is behind the sensor is reached from both ends of the azimuths.
+            # A quad behind the sensor covers both ends of the azimuths.
             for part in range(-1, 2):
                 start, end = low + 2.0 * np.pi * part, high + 2.0 * np.pi * part
                 if end < -np.pi or start > np.pi or (part and high - low >= 2.0 * np.pi):
@@ -73,7 +73,8 @@ def scan(
                     if least > most:
                         continue
                     row = column if tangents.shape[0] > 1 else 0
-                    # A table leads close to the first channel of the interval; for rays of their own, there is one.
+                    # A table leads close to the first channel of the interval. It exists only if all columns share
+                    # their tangents.
                     channel = 0
                     if tangents.shape[0] == 1 and least > lowest:
                         channel = starts_at[int(min((least - lowest) * scale, finest))]
@@ -87,7 +88,7 @@ def scan(
 
 @compiled
 def _below(values: Array, bound: float) -> int:
-    """Return how many of the ascending `values` are below `bound`; numpy's function takes a second to compile."""
+    """Return the number of ascending `values` below `bound`. The function of numpy takes a second to compile."""
     low, high = 0, len(values)
     while low < high:
         middle = (low + high) >> 1
@@ -100,7 +101,7 @@ def _below(values: Array, bound: float) -> int:
 
 @compiled
 def _place(corners: Array, turn: Array, shift: Array, p: Array) -> None:
-    """Writes a quad's corners in the sensor's frame into `p` (4, 3)."""
+    """Write a quad's corners in the sensor's frame into `p` (4, 3)."""
     for i in range(4):
         x, y, z = corners[i, 0], corners[i, 1], corners[i, 2]
         for k in range(3):
@@ -109,7 +110,7 @@ def _place(corners: Array, turn: Array, shift: Array, p: Array) -> None:
 
 @compiled
 def _plane(p: Array) -> tuple[float, float, float, float, float]:
-    """A quad's normal, its offset (normal times corner; negative = seen from the front), and its distance."""
+    """Return a quad's normal, its offset (normal times corner; negative = front side), and its distance."""
     ux, uy, uz = p[2, 0] - p[0, 0], p[2, 1] - p[0, 1], p[2, 2] - p[0, 2]
     vx, vy, vz = p[3, 0] - p[1, 0], p[3, 1] - p[1, 1], p[3, 2] - p[1, 2]
     nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
@@ -119,7 +120,7 @@ def _plane(p: Array) -> tuple[float, float, float, float, float]:
 
 @compiled
 def _nearest(p: Array) -> float:
-    """Return a lower bound on a quad's distance: that of its middle minus its radius."""
+    """Return a lower bound on a quad's distance: the distance of its center minus its radius."""
     mx = 0.25 * (p[0, 0] + p[1, 0] + p[2, 0] + p[3, 0])
     my = 0.25 * (p[0, 1] + p[1, 1] + p[2, 1] + p[3, 1])
     mz = 0.25 * (p[0, 2] + p[1, 2] + p[2, 2] + p[3, 2])
@@ -132,7 +133,7 @@ def _nearest(p: Array) -> float:
 
 @compiled
 def _edges(p: Array, e: Array, tilt: Array) -> tuple[float, float]:
-    """Writes the planes of the edges and the sensor into `e` (4, 3) and `tilt` (4); gives the span of azimuths."""
+    """Write the planes of the edges and the sensor into `e` (4, 3) and `tilt` (4); return the span of azimuths."""
     middle = np.arctan2(p[0, 1] + p[1, 1] + p[2, 1] + p[3, 1], p[0, 0] + p[1, 0] + p[2, 0] + p[3, 0])
     low, high = 0.0, 0.0
     for i in range(4):
@@ -154,7 +155,7 @@ def _edges(p: Array, e: Array, tilt: Array) -> tuple[float, float]:
 
 @compiled
 def _interval(e: Array, tilt: Array, ahead: float, aside: float) -> tuple[float, float]:
-    """The tangents between which a column meets a quad; empty where the first is larger."""
+    """Return the interval of tangents in which a column meets a quad; empty if the first is larger."""
     least, most = -1e30, 1e30
     for i in range(4):
         level = e[i, 0] * ahead + e[i, 1] * aside
@@ -180,7 +181,7 @@ def _fill(
     nearness: Array,
     hit: Array,
 ) -> None:
-    """Record a face on the rays of one column within an interval of tangents, unless something nearer is known."""
+    """Record a face on the rays of one column within an interval of tangents, unless a nearer one is recorded."""
     while channel < len(tangents) and tangents[channel] < least:
         channel += 1
     while channel < len(tangents) and tangents[channel] <= most:
@@ -194,7 +195,7 @@ def _fill(
 @compiled
 def place_points(
     nearness: Array,
-    kept: Array,
+    is_kept: Array,
     column_of: Array,
     starts: Array,
     ways: Array,
@@ -204,18 +205,18 @@ def place_points(
     points: Array,
     sources: Array,
 ) -> None:
-    """Writes x, y, z and intensity of the rays that were kept, channel after channel, each in the order of time.
+    """Write x, y, z and intensity of the rays that were kept, channel after channel, each in the order of time.
 
-    `column_of` (m) is the column of each step; `starts` (k) where each row of tangents begins in `points` (n, 4)
-    and `sources` (n), which gets the flat index of the ray; `ways` (m, 2) and `levels` (k, 2) are cosine and sine of
-    azimuths and elevations; `intensity` is (m, k); `off` (m, k) lengthens the rays, metres, unless it is empty.
+    `column_of` (m) is the column of each step. `starts` (k) is the start of each row of tangents in `points` (n, 4) and
+    `sources` (n), which gets the flat index of the ray. `ways` (m, 2) and `levels` (k, 2) are cosine and sine of
+    azimuths and elevations. `intensity` is (m, k). `off` (m, k) lengthens the rays (m), unless it is empty.
     """
     places = starts.copy()
-    channels = kept.shape[1]
+    channels = is_kept.shape[1]
     for step in range(len(column_of)):
         column = column_of[step]
         for row in range(channels):
-            if kept[column, row]:
+            if is_kept[column, row]:
                 far = 1.0 / nearness[column, row]
                 if off.size:
                     far += off[column, row]
@@ -241,9 +242,10 @@ def label_points(
     rows: Array,
     labels: Array,
 ) -> None:
-    """Writes x, y, z, the cosine of the incidence, the actor's id and the tag of each point.
+    """Write x, y, z, the cosine of the incidence, the actor's id and the tag of each point.
 
-    `rows` (n, 6) float32 and `labels`, the same memory as uint32; the others are `place_points`' and `scan`'s.
+    `rows` (n, 6) float32 and `labels` share their memory; `labels` is uint32. The others are those of `place_points`
+    and `scan`.
     """
     channels = hit.shape[1]
     for number in range(len(points)):
@@ -259,13 +261,13 @@ def label_points(
 
 @lru_cache(maxsize=1)
 def warm_up() -> None:
-    """Casts one ray at one wall; after that, no call compiles anything."""
+    """Cast one ray at one wall. After that, no call compiles anything."""
     wall = np.array([[(5, -1, -1), (5, -1, 1), (5, 1, 1), (5, 1, -1)]], np.float32)
     nearness, hit, gaps = np.full((1, 1), 0.1, np.float32), np.full((1, 1), -1, np.int32), np.zeros(1, np.float32)
     body = (wall, np.array([[0, 1]]), np.eye(3)[None], np.zeros((1, 3)))
     scan(*body, np.zeros(1), np.zeros((1, 1)), 10.0, 0, nearness, hit, gaps)
-    kept, start, flat = np.ones((1, 1), bool), np.zeros(1, np.int64), np.ones((1, 2))
+    is_kept, start, flat = np.ones((1, 1), bool), np.zeros(1, np.int64), np.ones((1, 2))
     points, sources = np.empty((1, 4), np.float32), np.empty(1, np.int64)
-    place_points(nearness, kept, start, start, flat, flat, np.zeros((0, 0), np.float32), nearness, points, sources)
+    place_points(nearness, is_kept, start, start, flat, flat, np.zeros((0, 0), np.float32), nearness, points, sources)
     of_face, rows = np.zeros(1, np.uint32), np.empty((1, 6), np.float32)
     label_points(points, sources, nearness, hit, gaps, of_face, of_face, rows, rows.view(np.uint32))

@@ -1,7 +1,7 @@
 """The ray-cast LiDARs, plain and semantic: lasers stacked on a rotating head.
 
-As in CARLA, one message holds what the head sweeps over in one tick, all of it seen from where the sensor is at the
-end of the tick. At 20 ticks per second and 10 turns per second that is half a turn.
+As in CARLA, one message holds the sweep of the head in one tick, all of it from the pose of the sensor at the end of
+the tick. At 20 ticks per second and 10 turns per second, that is half a turn.
 """
 
 from __future__ import annotations
@@ -27,48 +27,52 @@ from carlette.sensors.workers import build_faces, caster
 from carlette.world.world import World
 
 MOST_CHANNELS = 1024
+"""Maximum number of channels. Ours."""
 MOST_POINTS_PER_S = 20_000_000
+"""Maximum number of points per second. Ours."""
 MOST_RAYS = 4_000_000
-"""Most rays in one message; rays beyond that are not cast."""
+"""Maximum number of rays in one message. Ours; further rays are not cast."""
 MOST_RANGE_M = 2000.0
+"""Longest range (m). Ours."""
 STEEPEST_DEG = 89.99
+"""Steepest elevation of a laser (degrees): the tangent of 90° is infinite."""
 _NOTHING: Singles = np.zeros((0, 0), np.float32)
 
 log = logging.getLogger(__name__)
 
 
 class Losses(NamedTuple):
-    """What happens to the rays of a sweep, (columns, channels) each."""
+    """Losses and errors of the rays of a sweep, (columns, channels) each."""
 
     intensity: Singles
-    """Intensity of what comes back."""
-    kept: NDArray[np.bool_]
+    """Intensity of the returned ray."""
+    is_kept: NDArray[np.bool_]
     off_m: Singles
     """Range error (m, positive if too long); empty if exact."""
 
 
 class Points(NamedTuple):
-    """What the lasers hit, channel after channel."""
+    """Points that the lasers hit, channel after channel."""
 
     rows: Singles
     """(n, 4): x, y, z in the sensor's frame, intensity."""
     sources: Indices
-    """(n,): the flat index of each point's ray in the sweep."""
+    """(n,): flat index of each point's ray in the sweep."""
     counts: NDArray[np.uint32]
-    """Points of each channel."""
+    """Number of points of each channel."""
 
 
 class HeadRotation(NamedTuple):
-    """What the head sweeps over in one tick."""
+    """Sweep of the head in one tick."""
 
     azimuths: Floats
-    """Radians, in the order of time."""
+    """Azimuths (rad), in the order of time."""
     angle_rad: float
-    """How far the head has turned afterwards."""
+    """Angle of the head after the sweep (rad)."""
 
 
 class Fan(LateSensor):
-    """The rotating head that both kinds share."""
+    """The rotating head of both kinds of LiDAR."""
 
     def __init__(self, settings: SensorAttributes) -> None:
         super().__init__(settings)
@@ -82,7 +86,7 @@ class Fan(LateSensor):
         lasers = np.clip(np.linspace(upper, lower, self._channels), -STEEPEST_DEG, STEEPEST_DEG)
         self._tangents = np.tan(np.radians(lasers))
         self._turned_deg = 0.0
-        """How far the head has turned, 0 up to the width."""
+        """Angle of the head, 0 up to the width (degrees)."""
         self._has_warned = False
 
     def load(self, world: World) -> Future[None]:
@@ -113,24 +117,24 @@ class Fan(LateSensor):
 
     @abstractmethod
     def rows(self, scene: SensorScene, sweep: RaySweep, points: Points) -> Singles:
-        """Return the points as they are sent, one per row."""
+        """Return the points in the form of the message, one per row."""
 
     def losses(self, sweep: RaySweep) -> Losses:
-        """Return what becomes of the rays on their way, each (columns, rows): here nothing is lost or off."""
+        """Return losses and errors of the rays, each (columns, rows). Here all rays return exactly."""
         return Losses(sweep.nearness, sweep.hit >= 0, _NOTHING)
 
     def _points(self, sweep: RaySweep, azimuths: Floats, column_of: Indices, rows: Indices, losses: Losses) -> Points:
-        """`azimuths` of the columns, the column of each step, and the channel of each row of tangents."""
+        """Return the points; `column_of` is the column of each step, `rows` the channel of each row of tangents."""
         from carlette.sensors.kernels import place_points
 
-        intensity, kept, off_m = losses
+        intensity, is_kept, off_m = losses
         counts = np.zeros(self._channels, np.int64)
-        counts[rows] = np.count_nonzero(kept, axis=0)
+        counts[rows] = np.count_nonzero(is_kept, axis=0)
         starts = (np.cumsum(counts) - counts)[rows]
         found, sources = np.empty((counts.sum(), 4), np.float32), np.empty(counts.sum(), np.int64)
         lasers = np.arctan(self._tangents[rows])
         ways, levels = (np.stack([np.cos(item), np.sin(item)], axis=1) for item in (azimuths, lasers))
-        place_points(sweep.nearness, kept, column_of, starts, ways, levels, off_m, intensity, found, sources)
+        place_points(sweep.nearness, is_kept, column_of, starts, ways, levels, off_m, intensity, found, sources)
         return Points(found, sources, counts.astype(np.uint32))
 
     def _step_deg(self, moment: SensorTick) -> float:
@@ -141,13 +145,13 @@ class Fan(LateSensor):
         most = max(1, MOST_RAYS // self._channels)
         if wanted > most and not self._has_warned:
             self._has_warned = True
-            asked, given = wanted * self._channels, most * self._channels
-            log.warning("LiDAR %d asks for %d rays in a tick; it gets %d", moment.actor.id, asked, given)
+            asked, granted = wanted * self._channels, most * self._channels
+            log.warning("LiDAR %d asks for %d rays in a tick; it gets %d", moment.actor.id, asked, granted)
         return min(wanted, most)
 
 
 class LidarSensor(Fan):
-    """Points whose intensity falls with the distance; with dropout and range noise, if the client asks for them."""
+    """Points whose intensity falls with the distance; with dropout and range noise if the client sets them."""
 
     wire_type = 11
 
@@ -164,22 +168,22 @@ class LidarSensor(Fan):
         return points.rows
 
     def losses(self, sweep: RaySweep) -> Losses:
-        """Return the rays' intensity, which of them come back, and how far off they are (m), each (columns, rows).
+        """Return the rays' intensity, whether they return, and their range error (m), each (columns, rows).
 
         The intensity falls off as exp(-attenuation * distance). Rays are lost at random at the general rate, and more
-        often the less intense they are, as CARLA's documentation of `sensor.lidar.ray_cast` describes.
+        often at low intensity, as CARLA's documentation of `sensor.lidar.ray_cast` describes.
         """
         random, shape = self._random, sweep.hit.shape
         intensity = np.exp(np.float32(-self._attenuation) / sweep.nearness)
-        kept, off_m = sweep.hit >= 0, _NOTHING
+        is_kept, off_m = sweep.hit >= 0, _NOTHING
         if self._general > 0.0:
-            kept &= random.random(shape, np.float32) >= self._general
+            is_kept &= random.random(shape, np.float32) >= self._general
         if self._at_zero > 0.0 and self._limit > 0.0:
             chance = intensity * np.float32(self._at_zero / self._limit) + np.float32(1.0 - self._at_zero)
-            kept &= (intensity > self._limit) | (random.random(shape, np.float32) < chance)
+            is_kept &= (intensity > self._limit) | (random.random(shape, np.float32) < chance)
         if self._noise_stddev > 0.0:
             off_m = random.standard_normal(shape, np.float32) * np.float32(self._noise_stddev)
-        return Losses(intensity, kept, off_m)
+        return Losses(intensity, is_kept, off_m)
 
 
 class SemanticLidarSensor(Fan):
@@ -209,6 +213,6 @@ def _inverse(order: Indices) -> Indices:
 
 
 def require_kernels(type_id: str) -> None:
-    """Raises `CompletionRequestError` where numba, which compiles the rays' loops, is not installed."""
+    """Raise `CompletionRequestError` if numba, which compiles the rays' loops, is not installed."""
     if find_spec("numba") is None:
         raise CompletionRequestError(f"Spawn of '{type_id}' refused: it needs the package 'numba'; pip install numba")

@@ -20,8 +20,11 @@ from carlette.world.actor import Actor, ActorKind
 from carlette.world.world import World
 
 TOUCH_M = 1e-3
+"""Gap at which the sphere counts as touching (m). Ours."""
 MOST_STEPS = 500
+"""Maximum number of steps of the sphere. Ours."""
 MOST_REACH_M = 2000.0
+"""Largest distance and radius that a client may set (m). Ours."""
 DYNAMIC = (ActorKind.VEHICLE, ActorKind.WALKER)
 SOLID = (ActorKind.VEHICLE, ActorKind.WALKER, ActorKind.PROP)
 _GROUND = (tags.ROAD, tags.SIDEWALK, tags.TERRAIN, tags.GROUND, tags.ROAD_LINE)
@@ -29,11 +32,11 @@ _NAMES = {tags.BUILDING: "building", tags.VEGETATION: "vegetation", tags.POLE: "
 
 
 class ObstacleHit(NamedTuple):
-    """The first thing in the way."""
+    """The first object in the path of the sphere."""
 
     distance_m: float
     other: Any
-    """As the client reads an actor."""
+    """An actor in the client's form."""
 
 
 class ObstacleSensor(LateSensor):
@@ -70,8 +73,10 @@ class ObstacleSensor(LateSensor):
 
     def _among_actors(self, moment: SensorTick, origin: Floats, ahead: Floats) -> Iterator[ObstacleHit]:
         world = moment.scene.world
-        kept = (moment.actor.id, moment.actor.parent_id)
-        others = [actor for actor in world.actors.values() if actor.kind in self._kinds and actor.id not in kept]
+        excluded_ids = (moment.actor.id, moment.actor.parent_id)
+        others = [
+            actor for actor in world.actors.values() if actor.kind in self._kinds and actor.id not in excluded_ids
+        ]
         places = world.bodies.position[[other.row for other in others]].reshape(-1, 3)
         sizes = np.array([np.linalg.norm(other.box.center) + np.linalg.norm(other.box.extent) for other in others])
         near = np.linalg.norm(places - origin, axis=1) < self._reach_m + self._radius_m + sizes
@@ -107,7 +112,7 @@ class _Boxes:
         self._halves = np.array([actor.box.extent for actor in actors])
 
     def distances(self, point: Floats) -> Floats:
-        """How far a point is from each; 0 inside."""
+        """Return the distance of a point from each box (m); 0 inside."""
         local = np.einsum("bji,bj->bi", self._axes, point - self._middles)
         gaps: Floats = np.linalg.norm(np.maximum(np.abs(local) - self._halves, 0.0), axis=1)
         return gaps
@@ -124,7 +129,7 @@ class _Quads:
         self._squares = np.maximum((self._edges**2).sum(axis=2), 1e-12)
 
     def distances(self, point: Floats) -> Floats:
-        """How far a point is from each."""
+        """Return the distance of a point from each quad (m)."""
         gaps = point - self._corners
         along = np.clip((gaps * self._edges).sum(axis=2) / self._squares, 0.0, 1.0)
         to_edge = np.linalg.norm(gaps - along[..., None] * self._edges, axis=2).min(axis=1)
@@ -135,7 +140,7 @@ class _Quads:
 
 
 def _near_quads(faces: RaySurfaces, origin: Floats, reach_m: float) -> Any:
-    """The quads within reach that are not ground."""
+    """Return the quads within reach that are not ground."""
     bodies = np.flatnonzero(np.linalg.norm(faces.centers - origin, axis=1) < reach_m + faces.radii)
     which = np.concatenate([np.arange(*faces.spans[body]) for body in bodies] or [np.zeros(0, np.int64)])
     which = which[~np.isin(faces.tags[which], _GROUND)]
@@ -145,9 +150,9 @@ def _near_quads(faces: RaySurfaces, origin: Floats, reach_m: float) -> Any:
 
 
 def _push(things: _Boxes | _Quads, start: Floats, way: Floats, radius_m: float, reach_m: float) -> tuple[int, float]:
-    """Return which thing a sphere hits first (-1 for none) and how far it got (m).
+    """Return the index of the first obstacle that a sphere hits (-1 for none) and its distance (m).
 
-    Nothing is nearer than the gap to the nearest thing, so the sphere can always advance by that gap.
+    No obstacle is nearer than the smallest gap, so the sphere can always advance by that gap.
     """
     distance = 0.0
     for _ in range(MOST_STEPS):

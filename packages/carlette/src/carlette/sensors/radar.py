@@ -1,4 +1,4 @@
-"""The radar: random rays in a cone, each with the range, direction and closing speed of what it hit."""
+"""The radar: random rays in a cone, each with range, direction and closing speed of the point that it hit."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from carlette.world.world import World
 
 
 class RadarSensor(LateSensor):
-    """Detections: velocity (m/s, negative = coming closer), azimuth and altitude (rad), depth (m).
+    """Detections: velocity (m/s, negative = approaching), azimuth and altitude (rad), depth (m).
 
-    The rays fill an elliptical cone, denser towards its middle, and end on the plane `range` ahead, as in CARLA.
+    The rays fill an elliptical cone, denser toward its center, and end on the plane `range` ahead, as in CARLA.
     """
 
     wire_type = 9
@@ -33,7 +33,7 @@ class RadarSensor(LateSensor):
         ]
         self._random: np.random.Generator | None = None
         self._before: tuple[float, Floats] | None = None
-        """When and where the radar was last."""
+        """Time and position of the last measurement; None before the first."""
 
     def load(self, world: World) -> Future[None]:
         return build_faces(world.roads)
@@ -61,7 +61,7 @@ class RadarSensor(LateSensor):
         self._before = (moment.scene.world.elapsed_s, np.array(moment.pose.location))
 
     def _rays(self, moment: SensorTick) -> Floats:
-        """Directions in the radar's frame with x = 1, (n, 3), by ascending azimuth."""
+        """Return directions in the radar's frame with x = 1, (n, 3), in ascending azimuth."""
         if self._random is None:
             self._random = np.random.default_rng(moment.actor.id)
         count = min(int(self._points_per_s * moment.delta_s), MOST_RAYS)
@@ -72,9 +72,7 @@ class RadarSensor(LateSensor):
         return ascending
 
     def _velocity(self, moment: SensorTick) -> Floats:
-        """Return the radar's velocity from its own path, so that its place on the vehicle matters (m/s, world
-        frame).
-        """
+        """Return the radar's velocity from its own path (m/s, world frame). Its position on the vehicle matters."""
         if self._before is None or moment.scene.world.elapsed_s <= self._before[0]:
             carried: Floats = moment.scene.world.bodies.velocity[moment.actor.row]
             return carried

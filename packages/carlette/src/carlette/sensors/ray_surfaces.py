@@ -1,4 +1,4 @@
-"""What rays can meet, as flat quads: the static scene of a map and the bodies of actors."""
+"""Surfaces that rays can hit, as flat quads: the static scene of a map and the bodies of actors."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Singles = NDArray[np.float32]
 Indices = NDArray[np.int64]
 
 FLAT_M = 0.002
-"""A quad is split into two triangles if its last corner is further than this out of the plane of the others (m)."""
+"""Distance of a quad's last corner from the plane of the others above which it is split into triangles (m). Ours."""
 
 
 @dataclass(frozen=True)
@@ -28,15 +28,15 @@ class RaySurfaces:
     """Quads of several bodies, grouped by body, each in its body's frame."""
 
     corners: Singles
-    """(n, 4, 3) metres; (b - a) x (d - a) points outwards."""
+    """(n, 4, 3) (m); (b - a) x (d - a) points outwards."""
     normals: Singles
     """(n, 3), unit length."""
     tags: NDArray[np.uint8]
     """(n,): `CityObjectLabel`."""
     spans: Indices
-    """(b, 2): the first quad of each body and the one after its last."""
+    """(b, 2): first quad of each body, and one more than its last."""
     centers: Floats
-    """(b, 3): the middle of each body's bounding sphere."""
+    """(b, 3): center of each body's bounding sphere."""
     radii: Floats
 
     @property
@@ -46,7 +46,7 @@ class RaySurfaces:
 
 
 def faces_of(meshes: Sequence[Mesh]) -> RaySurfaces:
-    """One body for each mesh."""
+    """Return one body for each mesh."""
     flat = [_flattened(mesh.corners, mesh.tags) for mesh in meshes]
     counts = [len(corners) for corners, _ in flat]
     ends = np.cumsum([0, *counts])
@@ -69,7 +69,7 @@ _static: WeakKeyDictionary[RoadNetwork, RaySurfaces] = WeakKeyDictionary()
 
 
 def static_faces(network: RoadNetwork) -> RaySurfaces:
-    """Roads, kerbs, terrain, signs, buildings and greenery of a map: what the cameras draw of it, without paint."""
+    """Return the surfaces of a map that the cameras draw, without paint."""
     with _building:
         found = _static.get(network)
         if found is None:
@@ -79,7 +79,7 @@ def static_faces(network: RoadNetwork) -> RaySurfaces:
 
 
 def _flattened(corners: Singles, tags: NDArray[np.uint8]) -> tuple[Singles, NDArray[np.uint8]]:
-    """The same surface without twisted quads."""
+    """Return the same surface without twisted quads."""
     a, b, c, d = (corners[:, i].astype(float) for i in range(4))
     normal = np.cross(b - a, c - a)
     length = np.linalg.norm(normal, axis=1)

@@ -1,7 +1,7 @@
 """The base of all sensors: created from the blueprint's attributes, and called once on each tick on which it is due.
 
-A new sensor is one file with a subclass of `Sensor`, one entry in `blueprints/sensors.py` and one line in `ALL` of
-this package. `suite.Suite` owns the life cycle.
+A new sensor is one file with a subclass of `Sensor`, one entry in `blueprints/sensors.py` and one line in `ALL` of this
+package. `sensor_manager.SensorManager` owns the life cycle.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from concurrent.futures import Future
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from carlette.blueprints import load_catalogue
+from carlette.blueprints import load_catalog
 from carlette.errors import CompletionRequestError
 from carlette.geometry import Pose
 from carlette.sensors.sensor_scene import SensorScene
@@ -27,19 +27,20 @@ Body = tuple[Part, ...]
 The parts are sent later without being copied, so their memory must not be written again.
 """
 LONGEST_PERIOD_S = 1e6
+"""Longest time between two measurements that a client may set (s). Ours."""
 
 
 @dataclass(frozen=True)
 class SensorTick:
-    """The world right after a tick, as sensors measure it. It does not change while they do."""
+    """The world right after a tick, as sensors measure it. It does not change during the measurement."""
 
     scene: SensorScene
     actor: Actor
-    """The sensor itself; `parent_id` names its carrier."""
+    """The sensor itself. `parent_id` names its carrier."""
     pose: Pose
-    """Where the sensor is, world frame."""
+    """Pose of the sensor, world frame."""
     wire: Callable[[Actor], Any]
-    """An actor as the client reads it, for messages that carry one."""
+    """Returns an actor in the client's form, for messages that contain one."""
 
     @property
     def delta_s(self) -> float:
@@ -48,7 +49,7 @@ class SensorTick:
 
 
 class Sensor(ABC):
-    """One sensor of one actor, with whatever it must remember between measurements."""
+    """One sensor of one actor, with its state between measurements."""
 
     wire_type: ClassVar[int]
     """The sensor's number in the header of its messages."""
@@ -58,7 +59,7 @@ class Sensor(ABC):
         self.period_s = settings.number("sensor_tick", 0.0, LONGEST_PERIOD_S) if "sensor_tick" in settings else 0.0
 
     def load(self, world: World) -> Future[None] | None:
-        """Start building what takes long, such as a map's static scene; None if there is nothing to build."""
+        """Start building slow things, such as a map's static scene; return None if there is nothing to build."""
         del world
         return None
 
@@ -66,24 +67,24 @@ class Sensor(ABC):
     def measure(self, moment: SensorTick) -> Iterable[Body]:
         """Return the messages of this tick: one for a measuring sensor, any number for one that reports events.
 
-        It is called only while a client listens.
+        It is called only while a client is subscribed.
         """
 
     def pass_over(self, moment: SensorTick) -> None:  # noqa: B027
-        """Called instead of `measure` if the sensor is due but nobody listens: a LiDAR's head keeps turning."""
+        """Skip a tick on which the sensor is due but has no subscriber: a LiDAR's head keeps turning."""
 
     def close(self) -> None:  # noqa: B027
-        """Free what the sensor holds: its actor or its episode has ended."""
+        """Free the resources of the sensor. Its actor or its episode has ended."""
 
 
 class LateSensor(Sensor):
-    """A sensor that works in another thread; its measurement may come after the snapshot of its tick."""
+    """A sensor that works in another thread. Its measurement may come after the snapshot of its tick."""
 
     @abstractmethod
     def begin(self, moment: SensorTick) -> Future[list[Body]]:
-        """Copy everything that it needs of the moment, since the world goes on, and start the work.
+        """Copy the required state of the moment, because the world continues, and start the work.
 
-        It is called only while a client listens, in the order of the ticks.
+        It is called only while a client is subscribed, in the order of the ticks.
         """
 
     def measure(self, moment: SensorTick) -> Iterable[Body]:
@@ -91,11 +92,11 @@ class LateSensor(Sensor):
 
 
 class SensorAttributes(Mapping[str, str]):
-    """The attributes of one sensor: what the client set, and the blueprint's defaults."""
+    """The attributes of one sensor: the client's values, and the blueprint's defaults."""
 
     def __init__(self, type_id: str, attributes: Attributes) -> None:
         self.type_id = type_id
-        definition = load_catalogue().definitions[type_id]
+        definition = load_catalog().definitions[type_id]
         self._values = {attribute.id: attribute.value for attribute in definition.attributes}
         self._values.update((id, text) for id, (_, text) in attributes.items())
 
@@ -104,6 +105,7 @@ class SensorAttributes(Mapping[str, str]):
         try:
             value = float(self[id].removesuffix("f"))
         except ValueError:
+            # The check below rejects NaN with a message.
             value = math.nan
         if not (math.isfinite(value) and low <= value <= high):
             raise self._refusal(id, f"a number{_span(low, high)}")

@@ -19,9 +19,9 @@ from carlette.world.actor import Actor, ActorKind
 from carlette.world.world import World
 
 EARLY_S = 1e-6
-"""Sums of float32 steps miss a multiple of the period by less than this (s)."""
+"""Tolerance of a due time (s): sums of float32 steps miss a multiple of the period by less than this. Ours."""
 MOST_ASKED = 256
-"""Most measurements that may wait for a map's scenery; beyond that, the world waits, too."""
+"""Maximum number of measurements that may wait for a map's scenery. Ours; beyond it, the world waits, too."""
 
 log = logging.getLogger(__name__)
 
@@ -35,16 +35,16 @@ class SensorHandle:
     stream_id: int
     due_s: float
     scenery: Future[None] | None
-    """What it needs of the map, which is built once; None if nothing."""
+    """Required parts of the map, which are built once; None without any."""
     has_failed: bool = False
 
     @property
     def is_ready(self) -> bool:
-        """True if everything that it needs is built."""
+        """True if all required parts of the map are built."""
         return self.scenery is None or self.scenery.done()
 
     def fail(self, error: BaseException) -> None:
-        """Report a failure: one broken sensor must not end the server for all clients."""
+        """Report a failure. One broken sensor must not end the server for all clients."""
         if not self.has_failed:
             log.error("sensor %d (%s) failed; it sends nothing", self.actor.id, self.actor.type_id, exc_info=error)
         self.has_failed = True
@@ -59,7 +59,7 @@ class PendingMeasurement(NamedTuple):
 
 
 class SensorManager:
-    """The sensors of one world, keyed by actor id; sensors that a client spawns are found automatically."""
+    """The sensors of one world by actor id. Sensors that a client spawns are found automatically."""
 
     def __init__(self, hub: StreamHub, stream_of: Callable[[Actor], int], wire: Callable[[Actor], Any]) -> None:
         self._hub = hub
@@ -70,7 +70,7 @@ class SensorManager:
         self._mounts: dict[int, SensorHandle] = {}
         self._roster = (-1, -1)
         self._asked: deque[PendingMeasurement] = deque()
-        """In the order of the ticks."""
+        """Measurements in the order of the ticks."""
 
     def measure(self, world: World) -> None:
         """Read all sensors that are due on the tick that `world` has just completed; `publish` sends the results."""
@@ -79,7 +79,7 @@ class SensorManager:
             return
         scene = SensorScene(world, self._cast)
         due = [(mount, self._moment(mount, scene)) for mount in self._mounts.values() if self._takes_turn(mount)]
-        # Sensors that work in other threads begin first.
+        # Start the sensors that work in other threads first.
         for mount, moment in sorted(due, key=lambda pair: not isinstance(pair[0].sensor, LateSensor)):
             if self._hub.is_wanted(mount.stream_id) and self._may_begin(mount, world):
                 self._ask(mount, moment)
@@ -87,10 +87,10 @@ class SensorManager:
                 mount.sensor.pass_over(moment)
 
     def publish(self) -> None:
-        """Send what was measured; nothing after the tick can change it.
+        """Send the measurements. Nothing after the tick can change them.
 
-        What waits for its scenery is left for a later call, up to a limit: the world stops only for work that recurs on
-        every tick.
+        A measurement that waits for its scenery is sent in a later call, up to a limit: the world stops only for work
+        that recurs on every tick.
         """
         asked, self._asked = self._asked, deque()
         for item in asked:
@@ -108,7 +108,7 @@ class SensorManager:
             self._hub.publish(asked.mount.stream_id, asked.header, *body)
 
     def close(self) -> None:
-        """Close all sensors and forget their world."""
+        """Close all sensors and drop their world."""
         for mount in self._mounts.values():
             mount.sensor.close()
         self._mounts.clear()
@@ -131,6 +131,8 @@ class SensorManager:
                 try:
                     sensor = make_sensor(actor.type_id, actor.attributes)
                 except CompletionRequestError as error:
+                    # The spawn request was already answered, so the server logs the error and the sensor gets
+                    # no stream.
                     log.error("%s", error)
                     actor.stream_id = 0
                 else:
@@ -154,7 +156,10 @@ class SensorManager:
 
     @staticmethod
     def _may_begin(mount: SensorHandle, world: World) -> bool:
-        """False for a sensor that must skip this tick: in asynchronous mode one that is not ready, as in CARLA."""
+        """Return False for a sensor that must skip this tick.
+
+        As in CARLA, a sensor that is not ready skips it in asynchronous mode.
+        """
         return not mount.has_failed and (mount.is_ready or world.settings.synchronous)
 
     def _ask(self, mount: SensorHandle, moment: SensorTick) -> None:
@@ -169,7 +174,8 @@ def _begun(sensor: Sensor, moment: SensorTick) -> Future[list[Body]]:
         if isinstance(sensor, LateSensor):
             return sensor.begin(moment)
         bodies = list(sensor.measure(moment))
-    except Exception as error:  # noqa: BLE001  (told where the others' are)
+    except Exception as error:  # noqa: BLE001
+        # `publish` reports the error with those of the other threads.
         failed: Future[list[Body]] = Future()
         failed.set_exception(error)
         return failed

@@ -1,4 +1,4 @@
-"""The world as sensors see it: what several of them need on one tick is computed once."""
+"""The world as sensors measure it. Values that several sensors use on one tick are computed once."""
 
 from __future__ import annotations
 
@@ -18,31 +18,32 @@ from carlette.world.actor import Actor, ActorKind
 from carlette.world.world import World
 
 SWING_STEPS = 12
+"""Number of steps of a door's swing for which meshes are cached. Ours."""
 SHOWN = (ActorKind.VEHICLE, ActorKind.WALKER, ActorKind.PROP, ActorKind.LIGHT)
 
 
 class RaySweep(NamedTuple):
-    """What a fan of rays hit."""
+    """Hits of a fan of rays."""
 
     nearness: Singles
-    """(columns, channels): one through the distance in metres."""
+    """(columns, channels): inverse of the distance (1/m)."""
     hit: NDArray[np.int32]
-    """(columns, channels): which face; -1 = none."""
+    """(columns, channels): index of the face; -1 = none."""
     gaps: Singles
-    """(faces,) distance from the sensor to the plane of each face that was hit (m)."""
+    """(faces,): distance from the sensor to the plane of each face that was hit (m)."""
 
 
 class BodyPoses(NamedTuple):
-    """The bodies of all actors at one moment; never changed."""
+    """The bodies of all actors at one moment. They never change."""
 
     actors: list[Actor]
     faces: RaySurfaces
     body_of: Indices
-    """Which of `actors` each face belongs to."""
+    """Index in `actors` of each face."""
 
 
 class ActorSurfaces:
-    """The bodies of the actors of one world, rebuilt when one changes: an actor comes, goes or opens a door."""
+    """The bodies of the actors of one world. They are rebuilt when an actor is added, removed, or opens a door."""
 
     def __init__(self) -> None:
         self._meshes: list[Mesh] = []
@@ -71,7 +72,7 @@ class SensorScene:
         self._cast = cast or ActorSurfaces()
 
     def hold(self) -> None:
-        """Copy what rays need of the actors: after this the world may change."""
+        """Copy the state of the actors that rays use. After that the world may change."""
         _ = (self.cast, self.places, self.turns, self._speeds)
 
     @cached_property
@@ -86,20 +87,20 @@ class SensorScene:
 
     @cached_property
     def places(self) -> Floats:
-        """Where the bodies of `cast` are, (b, 3)."""
+        """Positions of the bodies of `cast`, (b, 3)."""
         return self.world.bodies.position[[actor.row for actor in self.cast.actors]].reshape(-1, 3)
 
     @cached_property
     def turns(self) -> Floats:
-        """How they are turned, (b, 3, 3): from their frames to the world's."""
+        """Rotations of the bodies, (b, 3, 3): from their frames to the world frame."""
         return many_axes(self.world.bodies.rotation[[actor.row for actor in self.cast.actors]].reshape(-1, 3))
 
     def sweep(self, pose: Pose, azimuths: Floats, tangents: Floats, reach_m: float) -> RaySweep:
-        """Casts a ray for each azimuth (rad, ascending, -π to π) and each tangent of an elevation (ascending).
+        """Cast a ray for each azimuth (rad, ascending, -π to π) and each tangent of an elevation (ascending).
 
-        `tangents` is (1, k), or (m, k) where each azimuth has its own. Angles are in the sensor's frame.
+        `tangents` is (1, k), or (m, k) if each azimuth has its own. Angles are in the sensor's frame.
         """
-        from carlette.sensors.kernels import scan  # numba is loaded when the first such sensor works
+        from carlette.sensors.kernels import scan  # the first such sensor loads numba
 
         shape = (len(azimuths), tangents.shape[1])
         result = RaySweep(
@@ -140,14 +141,14 @@ class SensorScene:
 
     @cached_property
     def face_tags(self) -> NDArray[np.uint32]:
-        """The semantic tag of each face that `RaySweep.hit` can name (`CityObjectLabel`)."""
+        """Semantic tag of each face in `RaySweep.hit` (`CityObjectLabel`)."""
         own = np.array([actor.tags[0] if actor.tags else 0 for actor in self.cast.actors], np.uint8)[self.cast.body_of]
         faces = self.cast.faces.tags
         return np.concatenate([self.static.tags, np.where(faces > 0, faces, own)]).astype(np.uint32)
 
     @cached_property
     def face_actors(self) -> NDArray[np.uint32]:
-        """The id of the actor whose face it is; 0 = none."""
+        """Id of the actor of each face; 0 = none."""
         ids = np.array([actor.id for actor in self.cast.actors], np.uint32)
         return np.concatenate([np.zeros(len(self.static.tags), np.uint32), ids[self.cast.body_of]])
 
@@ -164,7 +165,7 @@ class SensorScene:
 
 
 def _meshes(actor: Actor, doors: dict[int, list[tuple[int, float]]], far: list[Point | None]) -> list[Mesh]:
-    """An actor's body, and its open doors; of a traffic light also the second post."""
+    """Return an actor's body and its open doors; for a traffic light also the second post."""
     if actor.kind is ActorKind.LIGHT:
         foot = far[actor.index]
         return [shape_of(actor), *([] if foot is None else [second_post(*foot)])]
@@ -173,7 +174,7 @@ def _meshes(actor: Actor, doors: dict[int, list[tuple[int, float]]], far: list[P
 
 
 def _doors(world: World) -> dict[int, list[tuple[int, float]]]:
-    """Doors that are not closed, by the row of their vehicle: number, and swing (0 to 1) in steps that meshes cache."""
+    """Return doors that are not closed by the row of their vehicle: number, and swing (0 to 1) in cached steps."""
     found: dict[int, list[tuple[int, float]]] = {}
     table = world.doors
     for row, door, swing in zip(table.row.tolist(), table.door.tolist(), table.swing.tolist(), strict=True):

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from functools import lru_cache
 
-from carlette.blueprints import load_catalogue
+from carlette.blueprints import load_catalog
 from carlette.camera.models.animals import animal_mesh
 from carlette.camera.models.cycles import cycle_mesh
 from carlette.camera.models.doors_and_stop_arm import door_mesh
@@ -20,8 +20,8 @@ from carlette.geometry import Box, Pose
 from carlette.world.actor import Actor, ActorKind
 from carlette.world.skeleton import Bone, bones
 
-GREY: Color = (128, 128, 128)
-"""Any colour: rays do not see it."""
+GRAY: Color = (128, 128, 128)
+"""Any color: rays ignore it."""
 
 
 def shape_of(actor: Actor) -> Mesh:
@@ -35,17 +35,17 @@ def shape_of(actor: Actor) -> Mesh:
 
 @lru_cache(maxsize=256)
 def door_shape(type_id: str, box: Box, door: int, swing: float) -> Mesh:
-    """A door that stands open by `swing` (0 to 1)."""
-    return door_mesh(type_id, box, door, swing, GREY)
+    """Return a door that is open by `swing` (0 to 1)."""
+    return door_mesh(type_id, box, door, swing, GRAY)
 
 
 @lru_cache(maxsize=512)
 def _shape(type_id: str, kind: ActorKind, box: Box) -> Mesh:
     if kind is ActorKind.VEHICLE:
-        model = load_catalogue().vehicles[type_id]
+        model = load_catalog().vehicles[type_id]
         if model.is_two_wheeler:
-            return cycle_mesh(type_id, box, model.wheelbase_m, GREY, 0.0, motor=model.base_type == "motorcycle")
-        return vehicle_mesh(type_id, box, model.wheelbase_m, GREY)
+            return cycle_mesh(type_id, box, model.wheelbase_m, GRAY, 0.0, motor=model.base_type == "motorcycle")
+        return vehicle_mesh(type_id, box, model.wheelbase_m, GRAY)
     if kind is ActorKind.WALKER:
         return animal_mesh(type_id, box, 0.0, 0.0)
     return prop_mesh(type_id, box) if kind is ActorKind.PROP else EMPTY
@@ -69,14 +69,14 @@ def _joints(found: list[Bone]) -> tuple[tuple[str, float, float, float], ...]:
 
 @lru_cache(maxsize=256)
 def _figure(type_id: str, half_height_m: float, joints: tuple[tuple[str, float, float, float], ...]) -> Mesh:
-    model = load_catalogue().walkers[type_id]
+    model = load_catalog().walkers[type_id]
     places = {name: (x, y, z) for name, x, y, z in joints}
     return person(places, 2 * half_height_m, clothes_of(type_id, model.gender, model.age))
 
 
 @lru_cache(maxsize=1024)
 def second_post(x: float, y: float, z: float) -> Mesh:
-    """A traffic light's second post with its foot at a place of the light's frame."""
+    """Return a traffic light's second post with its foot at a position in the light's frame."""
     return repeater_mesh().placed(x, y, z, 0.0)
 
 

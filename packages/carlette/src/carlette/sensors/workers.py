@@ -1,4 +1,4 @@
-"""Threads besides the server's: one builds what takes long, once per map; one draws, and one casts rays.
+"""Threads besides the server's: one builds slow things once per map, one draws, and one casts rays.
 
 Drawing and casting release Python's global lock, so both run while the server's thread advances the world.
 """
@@ -25,24 +25,24 @@ _faces: WeakKeyDictionary[RoadNetwork, Future[None]] = WeakKeyDictionary()
 
 
 def build_static_scene(roads: RoadNetwork) -> Future[None]:
-    """Start building what cameras see of a map, unless that has already started."""
+    """Start building the parts of a map that cameras draw, unless that has already started."""
     return _begun(_static_scenes, roads, lambda: _make_static_scene(roads))
 
 
 def build_faces(roads: RoadNetwork) -> Future[None]:
-    """Start building what rays hit of a map, and compiling their loops (seconds if nothing is cached)."""
+    """Start building the surfaces of a map that rays hit, and compiling their loops (seconds without a cache)."""
     return _begun(_faces, roads, lambda: _make_faces(roads))
 
 
 class Worker:
-    """A thread that runs one job after the other; it does not keep the server from ending."""
+    """A thread that runs one job after the other. It does not keep the server from ending."""
 
     def __init__(self, name: str) -> None:
         self._jobs: SimpleQueue[tuple[Future[Any], Callable[[], Any]]] = SimpleQueue()
         threading.Thread(target=self._work, name=name, daemon=True).start()
 
     def submit(self, job: Callable[[], T]) -> Future[T]:
-        """Queue a job; the future holds what it returns or raises."""
+        """Queue a job. The future gets its result or error."""
         future: Future[T] = Future()
         self._jobs.put((future, job))
         return future
@@ -53,10 +53,11 @@ class Worker:
 
 
 def _do(future: Future[Any], job: Callable[[], Any]) -> None:
-    # A separate function, so that the thread keeps no references while it waits for the next job.
+    # A separate function, so that the thread holds no references while it waits for the next job.
     try:
         future.set_result(job())
-    except BaseException as error:  # noqa: BLE001  (told to whoever asks for the result)
+    except BaseException as error:  # noqa: BLE001
+        # The caller gets the error from the future.
         future.set_exception(error)
 
 
@@ -87,7 +88,7 @@ def _begun(
 
 
 def _finish(build: Callable[[], object]) -> None:
-    # The result must not be kept: it would keep its key, and so the map, forever.
+    # Do not return the result: it would hold its key, and so the map, forever.
     build()
     release_memory()
 

@@ -1,9 +1,11 @@
 """Pictures of everything that must be recognizable.
 
-    python -m carlette.tools.gallery --out DIR                 draws all of them
-    python -m carlette.tools.gallery --out DIR --only night    draws those named
+```
+python -m carlette.tools.gallery --out DIR                 draws all of them
+python -m carlette.tools.gallery --out DIR --only night    draws those named
+```
 
-Needs the package pillow. The pictures are those of `docs/carlette-camera.md`.
+It requires the package pillow. The pictures are those of `docs/carlette-camera.md`.
 """
 
 from __future__ import annotations
@@ -16,7 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
-from carlette.blueprints import load_catalogue
+from carlette.blueprints import load_catalog
 from carlette.camera.arrays import Bytes
 from carlette.camera.models.signs import post_sign
 from carlette.camera.rendering import tags
@@ -44,53 +46,58 @@ from carlette.world.traffic_lights import Color
 from carlette.world.world import World
 
 WIDTH = 800
+"""Width of a picture (px)."""
 HEIGHT = 450
+"""Height of a picture (px)."""
 FOV_DEG = 90.0
+"""Field of view (degrees)."""
 QUALITY = 82
+"""Quality of the JPEG files (0 to 100). Ours."""
 SPOT = 20
-"""The spawn point from which most pictures are taken."""
+"""Index of the spawn point from which most pictures are taken. Ours."""
 BRAKE, RIGHT, LEFT, REVERSE, LOW, FLASH = 8, 16, 32, 64, 2, 512
+"""Flags of `carla.VehicleLightState`; `FLASH` is `Special1`."""
 
 
 class Studio:
-    """A world in which things are put ahead and to the right of one spot on a road."""
+    """A world in which objects are put ahead and to the right of one spot on a road."""
 
     def __init__(self, network: RoadNetwork) -> None:
         self.world = World(network)
         self.spot = network.spawn_points()[SPOT]
         self.extra: list[RenderPart] = []
 
-    def place(self, ahead_m: float, right_m: float, up_m: float = 0.0, turn_deg: float = 0.0) -> Pose:
-        """A pose relative to the spot."""
+    def pose_at(self, ahead_m: float, right_m: float, up_m: float = 0.0, turn_deg: float = 0.0) -> Pose:
+        """Return a pose relative to the spot."""
         (x, y, _), yaw = self.spot.location, math.radians(self.spot.rotation.yaw)
         east = x + ahead_m * math.cos(yaw) - right_m * math.sin(yaw)
         south = y + ahead_m * math.sin(yaw) + right_m * math.cos(yaw)
         return Pose(Vector(east, south, up_m), Rotation(0.0, self.spot.rotation.yaw + turn_deg, 0.0))
 
-    def put(
+    def add_actor(
         self, type_id: str, ahead_m: float, right_m: float, turn_deg: float = 0.0, *, lights: int = 0, **attributes: str
     ) -> Actor:
-        """Spawns an actor; `attributes` such as `color`."""
-        definition = load_catalogue().definitions[type_id]
+        """Spawn an actor with `attributes` such as `color`."""
+        definition = load_catalog().definitions[type_id]
         values = {
             attribute.id: (attribute.type, attributes.get(attribute.id, attribute.value))
             for attribute in definition.attributes
         }
         half_m = 0.0
-        if type_id in load_catalogue().walkers:
-            half_m = load_catalogue().walkers[type_id].box.extent.z
-        actor = spawn(self.world, type_id, values, self.place(ahead_m, right_m, half_m, turn_deg))
+        if type_id in load_catalog().walkers:
+            half_m = load_catalog().walkers[type_id].box.extent.z
+        actor = spawn(self.world, type_id, values, self.pose_at(ahead_m, right_m, half_m, turn_deg))
         if lights:
             self.world.fleet.light_state[actor.index] = lights
         return actor
 
     def walk(self, actor: Actor, speed_mps: float) -> None:
-        """Lets a walker go the way it looks."""
+        """Make a walker go in the direction that it faces."""
         yaw = math.radians(self.world.pose(actor).rotation.yaw)
         self.world.walkers.control[actor.index] = (math.cos(yaw), math.sin(yaw), 0.0, speed_mps, 0.0)
 
     def weather(self, **values: float) -> None:
-        """Sets some of the weather's numbers by name."""
+        """Set some of the weather's numbers by name."""
         numbers = list(CLEAR_NOON)
         for name, value in values.items():
             numbers[_WEATHER[name]] = value
@@ -100,14 +107,14 @@ class Studio:
         self, ahead_m: float = 0.0, right_m: float = 0.0, up_m: float = 1.7, pitch_deg: float = -4.0,
         turn_deg: float = 0.0, ticks: int = 20,
     ) -> CameraView:  # fmt: skip
-        """Lets a second pass and looks along the road."""
+        """Wait `ticks` ticks and return a view along the road."""
         for _ in range(ticks):
             self.world.tick()
-        pose = self.place(ahead_m, right_m, up_m, turn_deg)
+        pose = self.pose_at(ahead_m, right_m, up_m, turn_deg)
         return CameraView(replace_pitch(pose, pitch_deg), WIDTH, HEIGHT, FOV_DEG)
 
     def shoot(self, view: CameraView, kind: str = "rgb") -> Bytes:
-        """The picture as (height, width, 3) red, green, blue."""
+        """Return the picture as (height, width, 3) red, green, blue."""
         shot = take(self.world)
         shot = replace(shot, parts=[*shot.parts, *self.extra])
         renderer = the_renderer()
@@ -117,26 +124,26 @@ class Studio:
         if kind == "semantic":
             return PALETTE[renderer.tags(shot, view)[..., 2]]
         if kind == "instance":
-            seen = renderer.instances(shot, view).astype(np.uint32)
-            return np.stack([seen[..., 2] * 9 % 256, seen[..., 1] * 71 % 256, seen[..., 1] * 151 % 256], axis=2).astype(
-                np.uint8
-            )
+            instances = renderer.instances(shot, view).astype(np.uint32)
+            return np.stack(
+                [instances[..., 2] * 9 % 256, instances[..., 1] * 71 % 256, instances[..., 1] * 151 % 256], axis=2
+            ).astype(np.uint8)
         return renderer.rgb(shot, view)[..., 2::-1]
 
 
 def replace_pitch(pose: Pose, pitch_deg: float) -> Pose:
-    """The same pose, looking up or down."""
+    """Return the same pose with another pitch."""
     return Pose(pose.location, Rotation(pitch_deg, pose.rotation.yaw, 0.0))
 
 
 def _street(studio: Studio) -> CameraView:
-    """The scene of the weather pictures: traffic, a person, a cyclist, a truck."""
-    studio.put("vehicle.lincoln.mkz_2020", 11.0, 0.0, lights=BRAKE | LOW, color="180,44,44")
-    studio.put("vehicle.tesla.model3", 12.0, -7.0, 180.0, lights=LOW, color="22,62,120")
-    studio.put("vehicle.mercedes.sprinter", 26.0, -3.5, lights=LOW, color="255,255,255")
-    studio.put("vehicle.carlamotors.european_hgv", 34.0, 0.2, lights=LOW, color="60,110,170")
-    studio.put("vehicle.gazelle.omafiets", 8.0, -3.4, color="120,20,20")
-    studio.walk(studio.put("walker.pedestrian.0016", 9.0, 3.4, 180.0), 1.0)
+    """Return the scene of the weather pictures: traffic, a pedestrian, a cyclist, a truck."""
+    studio.add_actor("vehicle.lincoln.mkz_2020", 11.0, 0.0, lights=BRAKE | LOW, color="180,44,44")
+    studio.add_actor("vehicle.tesla.model3", 12.0, -7.0, 180.0, lights=LOW, color="22,62,120")
+    studio.add_actor("vehicle.mercedes.sprinter", 26.0, -3.5, lights=LOW, color="255,255,255")
+    studio.add_actor("vehicle.carlamotors.european_hgv", 34.0, 0.2, lights=LOW, color="60,110,170")
+    studio.add_actor("vehicle.gazelle.omafiets", 8.0, -3.4, color="120,20,20")
+    studio.walk(studio.add_actor("walker.pedestrian.0016", 9.0, 3.4, 180.0), 1.0)
     return studio.view(right_m=-1.6)
 
 
@@ -149,29 +156,29 @@ def _weather(**values: float) -> Callable[[Studio], CameraView]:
 
 
 def _lights(studio: Studio) -> CameraView:
-    studio.put("vehicle.lincoln.mkz_2020", 7.0, -3.4, lights=BRAKE, color="88,88,88")
-    studio.put("vehicle.tesla.model3", 7.0, 0.2, lights=RIGHT | LEFT, color="22,62,120")
-    studio.put("vehicle.nissan.patrol_2021", 10.0, -7.2, lights=REVERSE, color="255,255,255")
-    studio.put("vehicle.audi.etron", 17.0, -1.9, lights=LEFT, color="178,174,162")
+    studio.add_actor("vehicle.lincoln.mkz_2020", 7.0, -3.4, lights=BRAKE, color="88,88,88")
+    studio.add_actor("vehicle.tesla.model3", 7.0, 0.2, lights=RIGHT | LEFT, color="22,62,120")
+    studio.add_actor("vehicle.nissan.patrol_2021", 10.0, -7.2, lights=REVERSE, color="255,255,255")
+    studio.add_actor("vehicle.audi.etron", 17.0, -1.9, lights=LEFT, color="178,174,162")
     return studio.view(right_m=-2.2, ticks=2)
 
 
 def _door(studio: Studio) -> CameraView:
-    car = studio.put("vehicle.lincoln.mkz_2020", 6.8, 0.4, color="180,44,44")
+    car = studio.add_actor("vehicle.lincoln.mkz_2020", 6.8, 0.4, color="180,44,44")
     studio.world.doors.move(car.row, car.box, 0, True)
-    other = studio.put("vehicle.mini.cooper_s_2021", 8.0, -6.0, 180.0, color="178,174,162")
+    other = studio.add_actor("vehicle.mini.cooper_s_2021", 8.0, -6.0, 180.0, color="178,174,162")
     studio.world.doors.move(other.row, other.box, ALL, True)
     return studio.view(right_m=-1.8)
 
 
 def _cones(studio: Studio) -> CameraView:
     for number in range(5):
-        studio.put("static.prop.trafficcone01", 6.0 + 2.2 * number, 1.4 - 0.8 * number)
+        studio.add_actor("static.prop.trafficcone01", 6.0 + 2.2 * number, 1.4 - 0.8 * number)
     for number in range(3):
-        studio.put("static.prop.streetbarrier", 13.0, -0.4 + 1.4 * number, 90.0)
-    studio.put("static.prop.warningconstruction", 5.0, -2.6, 180.0)
-    studio.put("static.prop.trafficwarning", 19.0, 0.6, 180.0)
-    studio.put("static.prop.constructioncone", 4.6, 0.6)
+        studio.add_actor("static.prop.streetbarrier", 13.0, -0.4 + 1.4 * number, 90.0)
+    studio.add_actor("static.prop.warningconstruction", 5.0, -2.6, 180.0)
+    studio.add_actor("static.prop.trafficwarning", 19.0, 0.6, 180.0)
+    studio.add_actor("static.prop.constructioncone", 4.6, 0.6)
     return studio.view(right_m=-1.0, pitch_deg=-8.0)
 
 
@@ -179,61 +186,61 @@ def _litter(studio: Studio) -> CameraView:
     rows = ("paperbag", "rock", "cardboardbox"), ("plasticbag", "tyre", "dirtdebris01"), ("box01", "trashbag", "ball")
     for row, names in enumerate(rows):
         for column, name in enumerate(names):
-            studio.put(f"static.prop.{name}", 2.9 + 1.7 * row, -2.3 + 1.6 * column + 0.2 * row, 160.0)
+            studio.add_actor(f"static.prop.{name}", 2.9 + 1.7 * row, -2.3 + 1.6 * column + 0.2 * row, 160.0)
     return studio.view(right_m=-0.7, up_m=1.4, pitch_deg=-18.0)
 
 
 def _cyclist(studio: Studio) -> CameraView:
-    studio.put("vehicle.gazelle.omafiets", 5.4, -2.2, 62.0, color="22,62,120")
-    studio.put("vehicle.bh.crossbike", 6.0, -4.9, 140.0, color="120,20,20")
-    studio.put("vehicle.kawasaki.ninja", 6.0, 0.5, 40.0, color="60,140,60")
-    studio.put("vehicle.vespa.zx125", 6.0, 2.8, 240.0, color="230,230,220")
+    studio.add_actor("vehicle.gazelle.omafiets", 5.4, -2.2, 62.0, color="22,62,120")
+    studio.add_actor("vehicle.bh.crossbike", 6.0, -4.9, 140.0, color="120,20,20")
+    studio.add_actor("vehicle.kawasaki.ninja", 6.0, 0.5, 40.0, color="60,140,60")
+    studio.add_actor("vehicle.vespa.zx125", 6.0, 2.8, 240.0, color="230,230,220")
     return studio.view(right_m=-1.0, up_m=1.5, ticks=2)
 
 
 def _van(studio: Studio) -> CameraView:
-    studio.put("vehicle.mercedes.sprinter", 10.0, 1.2, color="255,255,255")
-    studio.walk(studio.put("walker.pedestrian.0003", 5.2, -2.0, -90.0), 1.0)
-    studio.put("walker.pedestrian.0011", 8.4, -0.9, 180.0)
+    studio.add_actor("vehicle.mercedes.sprinter", 10.0, 1.2, color="255,255,255")
+    studio.walk(studio.add_actor("walker.pedestrian.0003", 5.2, -2.0, -90.0), 1.0)
+    studio.add_actor("walker.pedestrian.0011", 8.4, -0.9, 180.0)
     return studio.view(right_m=-1.4, ticks=10)
 
 
 def _ambulance(studio: Studio) -> CameraView:
-    studio.put("vehicle.ford.ambulance", 11.0, -3.4, 195.0, lights=FLASH | LOW, color="255,255,255")
-    studio.put("vehicle.dodge.charger_police_2020", 9.5, 1.2, -35.0, lights=FLASH, color="255,255,255")
-    studio.put("vehicle.carlamotors.firetruck", 22.0, -0.5, 160.0, lights=FLASH)
-    studio.put("static.prop.warningaccident", 5.0, -0.9, 180.0)
+    studio.add_actor("vehicle.ford.ambulance", 11.0, -3.4, 195.0, lights=FLASH | LOW, color="255,255,255")
+    studio.add_actor("vehicle.dodge.charger_police_2020", 9.5, 1.2, -35.0, lights=FLASH, color="255,255,255")
+    studio.add_actor("vehicle.carlamotors.firetruck", 22.0, -0.5, 160.0, lights=FLASH)
+    studio.add_actor("static.prop.warningaccident", 5.0, -0.9, 180.0)
     return studio.view(right_m=-1.4, up_m=2.0)
 
 
 def _flagger(studio: Studio) -> CameraView:
-    studio.put("walker.flagger.0001", 6.0, -2.2, 180.0, gesture="stop")
-    studio.put("walker.flagger.0001", 6.0, 0.9, 180.0, gesture="slow")
+    studio.add_actor("walker.flagger.0001", 6.0, -2.2, 180.0, gesture="stop")
+    studio.add_actor("walker.flagger.0001", 6.0, 0.9, 180.0, gesture="slow")
     for number in range(3):
-        studio.put("static.prop.constructioncone", 7.0 + 2 * number, -0.7)
-    studio.put("vehicle.carlamotors.carlacola", 18.0, 0.6)
+        studio.add_actor("static.prop.constructioncone", 7.0 + 2 * number, -0.7)
+    studio.add_actor("vehicle.carlamotors.carlacola", 18.0, 0.6)
     return studio.view(right_m=-0.6, up_m=1.6)
 
 
 def _school_bus(studio: Studio) -> CameraView:
-    bus = studio.put("vehicle.carlette.schoolbus", 11.5, 0.2, lights=FLASH | BRAKE)
+    bus = studio.add_actor("vehicle.carlette.schoolbus", 11.5, 0.2, lights=FLASH | BRAKE)
     studio.world.doors.move(bus.row, bus.box, STOP_ARM, True)
-    studio.walk(studio.put("walker.pedestrian.0010", 6.5, 3.6, 0.0), 0.8)
-    studio.put("vehicle.audi.a2", 20.0, -7.0, 180.0, color="88,88,88")
+    studio.walk(studio.add_actor("walker.pedestrian.0010", 6.5, 3.6, 0.0), 0.8)
+    studio.add_actor("vehicle.audi.a2", 20.0, -7.0, 180.0, color="88,88,88")
     return studio.view(right_m=-2.2, up_m=1.8, pitch_deg=-1.0)
 
 
 def _crossing(studio: Studio) -> CameraView:
-    studio.put("static.prop.crossinggatepost", 9.0, 3.0, 180.0)
-    studio.put("static.prop.crossinggate", 9.0, 2.8, 180.0)
-    studio.put("static.prop.crossinggatepost", 12.0, -8.2, 0.0)
-    studio.put("static.prop.crossinggate", 12.0, -8.0, 0.0)
+    studio.add_actor("static.prop.crossinggatepost", 9.0, 3.0, 180.0)
+    studio.add_actor("static.prop.crossinggate", 9.0, 2.8, 180.0)
+    studio.add_actor("static.prop.crossinggatepost", 12.0, -8.2, 0.0)
+    studio.add_actor("static.prop.crossinggate", 12.0, -8.0, 0.0)
     return studio.view(right_m=-1.2)
 
 
 def _animals(studio: Studio) -> CameraView:
     for number, name in enumerate(("cat", "dog", "deer", "cow", "horse", "goose")):
-        actor = studio.put(
+        actor = studio.add_actor(
             f"animal.{name}",
             5.0 + 1.9 * (number == 3) + 3.6 * (number == 4),
             -4.2 + 1.55 * number,
@@ -250,7 +257,7 @@ def _kinds(*ids: str) -> Callable[[Studio], CameraView]:
             row, column = divmod(number, 2)
             color = "255,255,255" if "police" in type_id or "ambulance" in type_id else colors[number]
             turn = 35.0 + 180.0 * ((number + row) % 2)
-            studio.put(type_id, 9.0 + 10.5 * row, -6.0 + 6.6 * column - 0.5 * row, turn, color=color)
+            studio.add_actor(type_id, 9.0 + 10.5 * row, -6.0 + 6.6 * column - 0.5 * row, turn, color=color)
         return studio.view(right_m=-2.6, up_m=3.4, pitch_deg=-10.0, ticks=2)
 
     return scene
@@ -270,7 +277,7 @@ def _props(studio: Studio) -> CameraView:
     )
     for number, name in enumerate(names):
         row, column = divmod(number, 3)
-        studio.put(f"static.prop.{name}", 6.5 + 5.0 * row, -6.0 + 3.8 * column + 0.6 * row, 180.0)
+        studio.add_actor(f"static.prop.{name}", 6.5 + 5.0 * row, -6.0 + 3.8 * column + 0.6 * row, 180.0)
     return studio.view(right_m=-2.0, up_m=2.4, pitch_deg=-10.0, ticks=2)
 
 
@@ -286,7 +293,7 @@ def _signs(studio: Studio) -> CameraView:
         ("350", ""),
     )
     for number, (kind, value) in enumerate(wanted):
-        place = studio.place(6.0, -5.2 + 1.4 * number, 0.0, 180.0)
+        place = studio.pose_at(6.0, -5.2 + 1.4 * number, 0.0, 180.0)
         studio.extra.append(RenderPart(post_sign(kind, value), matrix_of(place), 0, tags.TRAFFIC_SIGN))
     return studio.view(right_m=-0.4, up_m=1.7, pitch_deg=2.0, ticks=1)
 
@@ -352,10 +359,10 @@ SCENES: dict[str, tuple[Callable[[Studio], CameraView], str]] = {
     ),
     "props": (_props, "rgb"),
 }  # fmt: skip
-"""What is set up for each picture, and the camera that looks at it, by name."""
+"""Scene and camera of each picture, by name."""
 
 PALETTE = np.zeros((256, 3), np.uint8)
-"""Colours of the tags, as CARLA's `CityScapesPalette` has them."""
+"""Colors of the tags, as in CARLA's `CityScapesPalette`."""
 PALETTE[:29] = (
     (0, 0, 0), (128, 64, 128), (244, 35, 232), (70, 70, 70), (102, 102, 156), (190, 153, 153), (153, 153, 153),
     (250, 170, 30), (220, 220, 0), (107, 142, 35), (152, 251, 152), (70, 130, 180), (220, 20, 60), (255, 0, 0),
@@ -365,7 +372,7 @@ PALETTE[:29] = (
 
 
 def draw(name: str, network: RoadNetwork) -> Bytes:
-    """One picture of the gallery, (450, 800, 3) red, green, blue."""
+    """Return one picture of the gallery, (450, 800, 3) red, green, blue."""
     scene, kind = SCENES[name]
     studio = Studio(network)
     view = scene(studio)
@@ -373,7 +380,7 @@ def draw(name: str, network: RoadNetwork) -> Bytes:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Draws the pictures as JPEG files."""
+    """Draw the pictures as JPEG files."""
     parser = argparse.ArgumentParser(prog="python -m carlette.tools.gallery", description="Draws sample pictures.")
     parser.add_argument("--out", type=Path, required=True, help="folder for the pictures")
     parser.add_argument("--only", nargs="*", choices=sorted(SCENES), help="names; all when left out")

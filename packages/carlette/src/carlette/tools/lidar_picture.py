@@ -1,6 +1,7 @@
 """A picture of a LiDAR scan, for the documents: `python -m carlette.tools.lidar_picture docs/images/lidar.png`.
 
-On the left the scan is seen from above and behind the car, on the right from straight above; colours are semantic tags.
+The left side shows the scan from above and behind the car, the right side from straight above. Colors are
+semantic tags.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ from carlette.world.spawn import spawn
 from carlette.world.world import World
 
 HEIGHT, WIDTH = 640, 860
+"""Size of the picture (px)."""
 COLORS = {
     tags.ROAD: (120, 110, 140),
     tags.SIDEWALK: (230, 60, 220),
@@ -40,6 +42,7 @@ COLORS = {
     tags.BICYCLE: (170, 120, 255),
     tags.DYNAMIC: (255, 150, 40),
 }
+"""Colors (red, green, blue) by tag."""
 SETTINGS = {
     "channels": 64,
     "points_per_second": 64 * 1800 * 20,
@@ -47,6 +50,7 @@ SETTINGS = {
     "range": 70,
     "lower_fov": -25,
 }
+"""Attributes of the LiDAR."""
 PROPS = (
     ("vehicle.mitsubishi.fusorosa", 17.0, -3.5, 180.0),
     ("vehicle.tesla.model3", 13.0, 0.0, 0.0),
@@ -55,11 +59,11 @@ PROPS = (
     ("static.prop.constructioncone", 7.0, -1.3, 0.0),
     ("static.prop.constructioncone", 9.0, -1.5, 0.0),
 )
-"""What stands ahead of the car: metres ahead and to the right, and degrees."""
+"""Objects ahead of the car: type, meters ahead and to the right, and heading (degrees)."""
 
 
 def main() -> None:
-    """Draws a scan into the file that the command line names."""
+    """Draw a scan into the file named on the command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("file", type=Path, help="the PNG file to write")
     parser.add_argument("--spawn-point", type=int, default=3, help="where in the demo town (default: 3)")
@@ -68,19 +72,19 @@ def main() -> None:
 
 
 def picture(number: int) -> NDArray[np.uint8]:
-    """Both views side by side, (height, width, 3)."""
+    """Return both views side by side, (height, width, 3)."""
     points, colors = scan(number)
     behind = axes(Rotation(pitch=-22.0))
-    seen = (points - np.array([-13.0, 0.0, 7.0])) @ behind
-    near = seen[:, 0] > 1.0
-    flat = 520.0 * seen[near, 1:] / seen[near, :1]
-    left = drawn(WIDTH / 2 + flat[:, 0], HEIGHT * 0.42 - flat[:, 1], colors[near], -seen[near, 0], WIDTH)
-    right = drawn(HEIGHT / 2 + 9.0 * points[:, 1], HEIGHT / 2 - 9.0 * points[:, 0], colors, points[:, 2], HEIGHT)
+    local = (points - np.array([-13.0, 0.0, 7.0])) @ behind
+    near = local[:, 0] > 1.0
+    flat = 520.0 * local[near, 1:] / local[near, :1]
+    left = draw_dots(WIDTH / 2 + flat[:, 0], HEIGHT * 0.42 - flat[:, 1], colors[near], -local[near, 0], WIDTH)
+    right = draw_dots(HEIGHT / 2 + 9.0 * points[:, 1], HEIGHT / 2 - 9.0 * points[:, 0], colors, points[:, 2], HEIGHT)
     return np.concatenate([left, np.full((HEIGHT, 6, 3), 255, np.uint8), right], axis=1)
 
 
 def scan(number: int) -> tuple[Floats, NDArray[np.uint8]]:
-    """Points (n, 3) in the sensor's frame and their colours (n, 3)."""
+    """Return points (n, 3) in the sensor's frame and their colors (n, 3)."""
     world = World(RoadNetwork(find_map("demo_town", map_folders([]))))
     spot = world.roads.spawn_points()[number]
     car = spawn(world, "vehicle.lincoln.mkz_2020", {}, spot)
@@ -101,8 +105,8 @@ def scan(number: int) -> tuple[Floats, NDArray[np.uint8]]:
     return rows[:, :3].astype(float), table[rows.view(np.uint32)[:, 5]]
 
 
-def drawn(x: Floats, y: Floats, colors: NDArray[np.uint8], order: Floats, width: int) -> NDArray[np.uint8]:
-    """Dots of two by two pixels, those with the highest `order` on top."""
+def draw_dots(x: Floats, y: Floats, colors: NDArray[np.uint8], order: Floats, width: int) -> NDArray[np.uint8]:
+    """Return dots of two by two pixels, those with the highest `order` on top."""
     image = np.full((HEIGHT, width, 3), 18, np.uint8)
     ranked = np.argsort(order)
     for dx, dy in ((0, 0), (1, 0), (0, 1), (1, 1)):
@@ -113,7 +117,7 @@ def drawn(x: Floats, y: Floats, colors: NDArray[np.uint8], order: Floats, width:
 
 
 def png(image: NDArray[np.uint8]) -> bytes:
-    """An RGB picture as PNG."""
+    """Return an RGB picture as PNG."""
     height, width, _ = image.shape
     lines = b"".join(b"\0" + row.tobytes() for row in image)
     head = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)

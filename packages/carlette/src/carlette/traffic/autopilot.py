@@ -1,8 +1,10 @@
-"""Cars that drive by themselves: they follow lanes and leaders, obey lights, and take turns at junctions.
+"""Cars that drive without a client: they follow lanes and lead vehicles, obey lights, and take turns at junctions.
 
-It is part of a world's state (`World.traffic`), so a fork continues it. Cars keep their lane; they do not overtake, and
-change lanes only where lanes divide. Everything else (an ego car, walkers, objects on the road) is seen by its box
-where it is; only cars of the same traffic take turns at junctions.
+The traffic is part of a world's state (`World.traffic`), so a fork continues it. Cars keep their lane. They do not
+overtake, and change lanes only where lanes divide. All other objects (an ego, walkers, objects on the road) count with
+their boxes at their present positions. Only cars of the same traffic take turns at junctions.
+
+The numbers are ours.
 """
 
 from __future__ import annotations
@@ -27,43 +29,52 @@ from carlette.world.traffic_lights import Color
 from carlette.world.world import World
 
 SPEED_SHARE = 0.9
-"""Share of the speed limit, and of what a bend allows, that drivers aim for."""
+"""Target speed as a share of the speed limit."""
 POINT_STEP_M = 1.0
+"""Distance between two lane points (m)."""
 LOOK_S, LEAST_LOOK_M, MOST_LOOK_M = 0.25, 1.5, 10.0
-"""Distance of the point ahead on its lane at which a car steers (m)."""
+"""Distance of the steering point on the lane: time (s), smallest and largest value (m)."""
 AMBER_MPS2 = 3.0
-"""A car that would have to brake harder than this drives on at yellow (m/s²)."""
+"""Deceleration above which a car continues at yellow instead of braking (m/s²)."""
 RED_MPS2 = 7.0
+"""Deceleration above which a car continues at red instead of braking (m/s²)."""
 DECIDE_M = 8.0
+"""Distance before a junction, beyond the braking distance, at which a car requests entry (m)."""
 LEAST_SIGHT_M = 30.0
+"""Sight distance at standstill (m)."""
 STOP_NEAR_M = 3.5
+"""Distance to the line within which a halt counts as the stop at a stop sign (m)."""
 HALTED_MPS = 0.2
+"""Speed below which a car counts as stopped (m/s)."""
 ROOM_M = 3.0
+"""Free space behind a junction, beyond the car's length, that a car requires to enter it (m)."""
 BEFORE_GATE_M = 2.5
-"""Room that a car waiting at a junction leaves for those that turn in front of it (m)."""
+"""Space that a car waiting at a junction leaves for those that turn in front of it (m)."""
 ROLLING_MPS = 4.0
+"""Speed of the lead vehicle above which a car enters a junction without free space behind it (m/s)."""
 HOLD_BRAKE = 0.4
+"""Brake position of a stopped car (0 to 1)."""
 
 
 @dataclass(frozen=True)
 class TrafficView:
-    """What all cars see on this tick; arrays with one row per car."""
+    """State of all cars on this tick; arrays with one row per car."""
 
     rows: Ints
-    """In `BodyTable`."""
+    """Row in `BodyTable`."""
     index: Ints
-    """In `Fleet`."""
+    """Row in `Fleet`."""
     speed: Floats
     run: Floats
-    """Distance that the car's middle has driven on its route (m)."""
+    """Distance of the car's center along its route (m)."""
     nose: Floats
-    """From the middle to the front bumper."""
+    """Distance from the center to the front bumper (m)."""
     window: Ints
-    """(cars, points ahead) where in its row each car has the points ahead of it."""
+    """(cars, points ahead): positions in the car's row of the points ahead."""
     points: Ints
-    """(cars, points ahead)"""
+    """(cars, points ahead): lane points."""
     gap: Floats
-    """(cars, points ahead) metres from the front bumper to each point."""
+    """(cars, points ahead): distance from the front bumper to each point (m)."""
 
 
 class Traffic:
@@ -75,7 +86,7 @@ class Traffic:
         self.lines = stop_lines(world, self.graph)
         self.driver = IdmParameters()
         self.ids: list[int] = []
-        """The cars that are driven."""
+        """Ids of the cars that the traffic drives."""
         self.routes: list[CarRoute] = []
         self.junctions = Junctions()
         wanted = (
@@ -93,17 +104,17 @@ class Traffic:
                 points.append(point)
         count = len(self.ids)
         self.at = np.zeros(count, np.int64)
-        """The point of its row that each car is at."""
+        """Index of the present point in each car's row."""
         self.points = np.zeros((count, ROW_POINTS), np.int64)
         self.runs = np.zeros((count, ROW_POINTS))
-        """Metres of each point on the car's route."""
+        """Distance of each point on the car's route (m)."""
         self.speeds = np.zeros((count, ROW_POINTS))
         self.gate = np.full((count, 2), np.inf)
-        """Begin and end (m) of the next junction that is not held."""
+        """Start and end of the next junction that is not reserved (m)."""
         self.way_out = np.full(count, np.inf)
-        """End (m) of the junction that is held."""
+        """End of the reserved junction (m); infinite without one."""
         self.halted = np.full(count, -1)
-        """The stop line at which each car has halted."""
+        """Lane point of the stop line at which each car has stopped; -1 = none."""
         for car, point in enumerate(points):
             self._write_row(car, point, 0.0)
             self._begin_inside(car)
@@ -188,7 +199,7 @@ class Traffic:
         return TrafficView(rows, index, speed, run, nose, window, self.points[cars, window], gap)
 
     def _sight_points(self, fastest: float) -> int:
-        """How far the fastest car must see; lane points are about a metre apart."""
+        """Return the number of lane points that the fastest car looks ahead; they are about a meter apart."""
         stopping = fastest * fastest / (2.0 * self.driver.braking_mps2)
         return min(AHEAD_POINTS, int(LEAST_SIGHT_M + fastest * self.driver.headway_s + stopping))
 
@@ -201,7 +212,7 @@ class Traffic:
         leader_gap, leader_speed = self._leaders(world.bodies, view)
         halt_gap = np.minimum(self._lights(world, view), self._signs(view))
         halt_gap = np.minimum(halt_gap, self._gates(view, halt_gap, leader_gap, leader_speed))
-        # The bumper stops at a line, not the model's standstill distance before it.
+        # The bumper stops at a line, not at the standstill distance of the model before it.
         halt_gap = halt_gap + 0.7 * driver.standstill_m
         pull = np.minimum(
             interaction(driver, speed, leader_gap, leader_speed), interaction(driver, speed, halt_gap, 0.0 * speed)
@@ -210,10 +221,10 @@ class Traffic:
 
     def _leaders(self, bodies: BodyTable, view: TrafficView) -> tuple[Floats, Floats]:
         """Return the distance to the nearest body in each car's path (m), and its speed along it (m/s)."""
-        who, point = blocked_points(self.graph.grid, self.graph.place, bodies)
+        body_row, point = blocked_points(self.graph.grid, self.graph.place, bodies)
         # If bodies share a point, at least one of the first and the last of them is not the car itself.
         item, other = (np.full(len(self.graph.place), -1) for _ in range(2))
-        item[point], other[point[::-1]] = who, who[::-1]
+        item[point], other[point[::-1]] = body_row, body_row[::-1]
         me = view.rows[:, None]
         first, second = item[view.points], other[view.points]
         body = np.where((first >= 0) & (first != me), first, np.where(second != me, second, -1))
@@ -281,7 +292,7 @@ class Traffic:
         fleet.control[view.index] = control
 
     def _curvature(self, world: World, view: TrafficView) -> Floats:
-        """Of the arc from the rear axle to a place ahead on the lane (pure pursuit)."""
+        """Return the curvature of the arc from the rear axle to a point ahead on the lane (pure pursuit, 1/m)."""
         bodies = world.bodies
         look = np.clip(LOOK_S * view.speed, 0.0, MOST_LOOK_M) + LEAST_LOOK_M
         target = view.run + look
@@ -304,7 +315,7 @@ class Traffic:
 
 
 def _first(which: NDArray[np.bool_], gap: Floats) -> tuple[Ints, Floats]:
-    """The first point of each row that is marked, and the gap to it (infinite where none is)."""
+    """Return the first point of each row that is marked, and the gap to it (infinite where none is)."""
     found = which.argmax(axis=1)
     cars = np.arange(len(which))
     return found, np.where(which[cars, found], gap[cars, found], np.inf)

@@ -1,4 +1,4 @@
-"""The Intelligent Driver Model: how hard to accelerate behind a leader.
+"""The Intelligent Driver Model: the acceleration behind a lead vehicle.
 
 M. Treiber, A. Hennecke, D. Helbing: "Congested traffic states in empirical observations and microscopic simulations",
 Physical Review E 62 (2000).
@@ -16,15 +16,20 @@ from carlette.geometry import Floats
 
 @dataclass(frozen=True)
 class IdmParameters:
-    """The model's parameters."""
+    """The model's parameters. The values are ours."""
 
     headway_s: float = 1.4
+    """Time gap to the lead vehicle (s)."""
     standstill_m: float = 2.0
+    """Gap at standstill (m)."""
     acceleration_mps2: float = 1.8
+    """Largest acceleration (m/s²)."""
     braking_mps2: float = 2.0
-    """Comfortable deceleration."""
+    """Comfortable deceleration (m/s²)."""
     emergency_mps2: float = 7.5
+    """Largest deceleration (m/s²)."""
     exponent: float = 4.0
+    """Exponent of the free acceleration."""
 
 
 def free_acceleration(driver: IdmParameters, speed: Floats, wanted: Floats) -> Floats:
@@ -35,7 +40,7 @@ def free_acceleration(driver: IdmParameters, speed: Floats, wanted: Floats) -> F
 
 
 def interaction(driver: IdmParameters, speed: Floats, gap: Floats, leader: Floats) -> Floats:
-    """Return how much a leader `gap` metres ahead reduces the free acceleration (m/s², zero or less)."""
+    """Return the reduction of the acceleration by a lead vehicle `gap` meters ahead (m/s², zero or less)."""
     closing = speed * (speed - leader) / (2.0 * math.sqrt(driver.acceleration_mps2 * driver.braking_mps2))
     wanted = driver.standstill_m + np.maximum(0.0, speed * driver.headway_s + closing)
     loss: Floats = -driver.acceleration_mps2 * (wanted / np.maximum(gap, 0.1)) ** 2

@@ -1,4 +1,4 @@
-"""Who may enter a junction: one car at a time on lanes that cross, in the order of arrival."""
+"""Grants junction entry first come, first served: one car on crossing lanes at a time."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from carlette.traffic.lane_graph import TrafficLaneGraph
 
 PATIENCE_TICKS = 60
-"""A car that has waited this long keeps later ones from crossing its path (ticks)."""
+"""Waiting time after which a car keeps later ones from crossing its path (ticks). Ours."""
 
 Lanes = tuple[int, ...]
 
@@ -18,10 +18,10 @@ class Junctions:
 
     held: dict[int, Lanes] = field(default_factory=dict)
     waiting: dict[int, int] = field(default_factory=dict)
-    """For how many ticks each car has been asking."""
+    """Number of ticks for which each car has requested entry."""
 
     def grant(self, graph: TrafficLaneGraph, wishes: dict[int, Lanes]) -> set[int]:
-        """Reserve junction lanes for the cars that may go, the longest waiting first; return those cars."""
+        """Reserve junction lanes for the cars that may enter, longest wait first; return those cars."""
         self.waiting = {car: self.waiting.get(car, 0) + 1 for car in wishes}
         reserved: list[Lanes] = []
         granted = set()

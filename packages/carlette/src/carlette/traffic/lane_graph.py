@@ -1,4 +1,4 @@
-"""The driving lanes of a map as arrays: points about every metre, grouped into lanes, linked into a graph."""
+"""The driving lanes of a map as arrays: points about every meter, grouped into lanes, linked into a graph."""
 
 from __future__ import annotations
 
@@ -17,15 +17,19 @@ from carlette.traffic.lane_point_grid import OTHER_LEVEL_M, LanePointGrid, make_
 from carlette.world.fork import shared
 
 SPACING_M = 1.0
+"""Distance between two lane points (m)."""
 LEAST_SPACING_M = 0.2
+"""Least distance between two lane points (m). Ours."""
 NEAR_M = 3.0
-"""A car further than this from every lane is on none (m)."""
+"""Distance to the nearest lane beyond which a car is on none (m). Ours."""
 SIDE_MPS2 = 2.2
-"""Lateral acceleration that drivers accept in a bend."""
+"""Lateral acceleration in a bend (m/s²). Ours."""
 CRAWL_MPS = 2.5
+"""Least speed in a bend (m/s). Ours."""
 CROSSING_M = 2.8
-"""Lanes whose middles come closer than this inside a junction cannot be used at the same time."""
+"""Distance between the centers of two lanes in a junction below which only one of them may be used (m). Ours."""
 BEND_POINTS = 3
+"""Number of points before and after a point over which the curvature of a bend is measured. Ours."""
 
 Ints = NDArray[np.int64]
 Key = tuple[int, int, int]
@@ -34,12 +38,12 @@ Key = tuple[int, int, int]
 @shared
 @dataclass(frozen=True, eq=False)
 class TrafficLaneGraph:
-    """All lanes of a map; lane `i` owns the points `first[i]` to `first[i + 1]`. Never changes."""
+    """All lanes of a map. Lane `i` owns the points `first[i]` to `first[i + 1]`. It never changes."""
 
     place: Floats
-    """(points, 3) metres."""
+    """(points, 3), world frame (m)."""
     ahead: Floats
-    """(points, 2) unit vectors along the lane."""
+    """(points, 2): unit vectors along the lane."""
     along: Floats
     """Distance from the start of the lane (m)."""
     speed: Floats
@@ -48,16 +52,16 @@ class TrafficLaneGraph:
     """The lane of each point."""
     first: Ints
     inside: NDArray[np.bool_]
-    """(lanes): True if the lane runs through a junction."""
+    """(lanes,): True if the lane runs through a junction."""
     after: list[list[int]]
-    """Lanes that a lane leads to."""
+    """Successors of each lane."""
     crossing: list[frozenset[int]]
-    """Lanes of the same junction that must be empty for this one to be used."""
+    """Lanes of the same junction that must be empty before this one may be used."""
     grid: LanePointGrid
-    """The points by where they are."""
+    """The points by their positions."""
 
     def nearest(self, place: Floats, yaw_rad: float) -> int:
-        """Return the lane point nearest to a vehicle that roughly heads along its lane; -1 if none is near."""
+        """Return the lane point nearest to a vehicle with about the lane's heading; -1 if none is near."""
         _, points = self.grid.candidates(place[None], NEAR_M)
         gap = self.place[points] - place
         far = np.hypot(gap[:, 0], gap[:, 1])
@@ -70,7 +74,7 @@ _graphs: WeakKeyDictionary[RoadNetwork, TrafficLaneGraph] = WeakKeyDictionary()
 
 
 def lane_graph(roads: RoadNetwork) -> TrafficLaneGraph:
-    """Return the graph of a map; it is built once."""
+    """Return the graph of a map. It is built once."""
     if roads not in _graphs:
         _graphs[roads] = _build(roads)
     return _graphs[roads]
@@ -108,7 +112,7 @@ def _build(roads: RoadNetwork) -> TrafficLaneGraph:
 
 
 def _links(roads: RoadNetwork) -> dict[Key, set[Key]]:
-    """Return the lanes to which each lane leads; the library lets a lane that ends lead to itself."""
+    """Return the successors of each lane. In the library, a lane that ends is its own successor."""
     links: dict[Key, set[Key]] = {}
     for begin, end in roads.map.get_topology():
         if _key(begin) != _key(end):
@@ -117,7 +121,7 @@ def _links(roads: RoadNetwork) -> dict[Key, set[Key]]:
 
 
 def _lanes(roads: RoadNetwork) -> dict[Key, list[Any]]:
-    """The waypoints of each driving lane in the direction of travel."""
+    """Return the waypoints of each driving lane in the direction of travel."""
     lanes: dict[Key, list[Any]] = {}
     for begin, _ in roads.map.get_topology():
         lanes.setdefault(_key(begin), [begin])
@@ -129,9 +133,9 @@ def _lanes(roads: RoadNetwork) -> dict[Key, list[Any]]:
 
 def _spaced(lane: list[Any]) -> list[Any]:
     """Return the lane without points that almost coincide with the one before."""
-    kept = [lane[0]]
-    kept += [item for before, item in pairwise(lane) if abs(item.s - before.s) > LEAST_SPACING_M]
-    return kept
+    spaced = [lane[0]]
+    spaced += [item for before, item in pairwise(lane) if abs(item.s - before.s) > LEAST_SPACING_M]
+    return spaced
 
 
 def _key(waypoint: Any) -> Key:
@@ -139,7 +143,7 @@ def _key(waypoint: Any) -> Key:
 
 
 def _bend_speeds(place: Floats, yaw: Floats, lane: Ints) -> Floats:
-    """Return speeds (m/s) that keep the lateral acceleration within `SIDE_MPS2`, from the turn over a few metres."""
+    """Return speeds (m/s) that keep the lateral acceleration within `SIDE_MPS2`, from the turn over a few meters."""
     count = len(yaw)
     before = np.maximum(np.arange(count) - BEND_POINTS, 0)
     behind = np.minimum(np.arange(count) + BEND_POINTS, count - 1)
@@ -153,7 +157,7 @@ def _bend_speeds(place: Floats, yaw: Floats, lane: Ints) -> Floats:
 
 
 def _crossings(chains: list[list[Any]], place: Floats, first: Ints, after: list[list[int]]) -> list[frozenset[int]]:
-    """Return, for each lane in a junction, the others whose middles come near, except those with the same start."""
+    """Return, for each lane in a junction, the others with near centers, except those with the same start."""
     junctions: dict[int, list[int]] = {}
     for number, chain in enumerate(chains):
         if chain[0].is_junction:

@@ -1,4 +1,4 @@
-"""Finds the lane points under or beside each body: so cars see leaders, crossing traffic and objects on the road."""
+"""Finds the lane points under or next to each body, for lead vehicles, crossing traffic and objects on the road."""
 
 from __future__ import annotations
 
@@ -14,44 +14,48 @@ from carlette.world.fork import shared
 Ints = NDArray[np.int64]
 
 CELL_M = 4.0
+"""Size of a cell (m). Ours."""
 BESIDE_M = 1.3
-"""Half a car's width and some clearance: a lane whose middle is nearer than this to a body is blocked there (m)."""
+"""Distance between a body and the center of a lane below which the lane is blocked (m).
+
+Ours: half a car's width and some clearance.
+"""
 OTHER_LEVEL_M = 3.0
-"""Bodies that differ by more than this in height are on another level of the road (m)."""
+"""Height difference above which bodies are on another level of the road (m). Ours."""
 
 
 @shared
 @dataclass(frozen=True, eq=False)
 class LanePointGrid:
-    """Lane points sorted by square cells; never changes."""
+    """Lane points sorted into square cells. It never changes."""
 
     low: Ints
     """Column and row of the first cell."""
     shape: tuple[int, int]
     first: Ints
-    """(cells + 1): where each cell's points begin in `points`."""
+    """(cells + 1): start of each cell's points in `points`."""
     points: Ints
 
     def candidates(self, place: Floats, reach_m: float) -> tuple[Ints, Ints]:
-        """Pairs (row of `place`, lane point) within about `reach_m`."""
+        """Return pairs (row of `place`, lane point) within about `reach_m`."""
         radius = int(np.ceil(reach_m / CELL_M))
         span = np.arange(-radius, radius + 1)
         cell = np.floor(place[:, :2] / CELL_M).astype(np.int64) - self.low
         columns = (cell[:, 0, None] + span)[:, :, None]
         rows = (cell[:, 1, None] + span)[:, None, :]
         valid = (columns >= 0) & (columns < self.shape[0]) & (rows >= 0) & (rows < self.shape[1])
-        who, x, y = np.nonzero(valid)
-        number = columns[who, x, 0] * self.shape[1] + rows[who, 0, y]
+        row, x, y = np.nonzero(valid)
+        number = columns[row, x, 0] * self.shape[1] + rows[row, 0, y]
         begin = self.first[number]
         count = self.first[number + 1] - begin
         keep = count > 0
-        who, begin, count = who[keep], begin[keep], count[keep]
+        row, begin, count = row[keep], begin[keep], count[keep]
         offset = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
-        return np.repeat(who, count), self.points[np.repeat(begin, count) + offset]
+        return np.repeat(row, count), self.points[np.repeat(begin, count) + offset]
 
 
 def make_grid(place: Floats) -> LanePointGrid:
-    """The grid of some points."""
+    """Return the grid of some points."""
     cell = np.floor(place[:, :2] / CELL_M).astype(np.int64)
     low = cell.min(axis=0)
     shape = cell.max(axis=0) - low + 1
@@ -62,7 +66,7 @@ def make_grid(place: Floats) -> LanePointGrid:
 
 
 def blocked_points(grid: LanePointGrid, place: Floats, bodies: BodyTable) -> tuple[Ints, Ints]:
-    """Pairs (row of `BodyTable`, lane point) for all solid bodies that are in the way of a car at that point."""
+    """Return pairs (row of `BodyTable`, lane point) for all solid bodies that block a car at that point."""
     rows = np.flatnonzero(bodies.solid)
     yaw = np.radians(bodies.rotation[rows, 1])
     cos, sin = np.cos(yaw), np.sin(yaw)
@@ -71,10 +75,10 @@ def blocked_points(grid: LanePointGrid, place: Floats, bodies: BodyTable) -> tup
     middle[:, 0] += offset[:, 0] * cos - offset[:, 1] * sin
     middle[:, 1] += offset[:, 0] * sin + offset[:, 1] * cos
     reach = np.hypot(half[:, 0], half[:, 1]) + BESIDE_M
-    who, point = grid.candidates(middle, float(reach.max(initial=0.0)))
-    gap = place[point] - middle[who]
-    cos, sin = cos[who], sin[who]
-    inside = np.abs(gap[:, 0] * cos + gap[:, 1] * sin) <= half[who, 0]
-    inside &= np.abs(gap[:, 1] * cos - gap[:, 0] * sin) <= half[who, 1] + BESIDE_M
+    row, point = grid.candidates(middle, float(reach.max(initial=0.0)))
+    gap = place[point] - middle[row]
+    cos, sin = cos[row], sin[row]
+    inside = np.abs(gap[:, 0] * cos + gap[:, 1] * sin) <= half[row, 0]
+    inside &= np.abs(gap[:, 1] * cos - gap[:, 0] * sin) <= half[row, 1] + BESIDE_M
     inside &= np.abs(gap[:, 2]) <= OTHER_LEVEL_M
-    return rows[who[inside]], point[inside]
+    return rows[row[inside]], point[inside]

@@ -1,4 +1,4 @@
-"""Where each car goes: the lanes ahead of it, and their points as rows of arrays."""
+"""Routes of cars: the lanes ahead of each car, and their points as rows of arrays."""
 
 from __future__ import annotations
 
@@ -10,24 +10,25 @@ from carlette.traffic.lane_graph import TrafficLaneGraph
 from carlette.traffic.lane_point_grid import Ints
 
 AHEAD_POINTS = 100
-"""How far cars look ahead, in lane points of about a metre."""
+"""Number of lane points that cars look ahead, about one per meter. Ours."""
 RENEW_POINTS = 40
-"""A car's row is rewritten after this many points."""
+"""Number of points after which a car's row is rewritten. Ours."""
 ROW_POINTS = AHEAD_POINTS + RENEW_POINTS + 20
+"""Number of points in a row, with some reserve."""
 
 
 class CarRoute:
-    """The lanes of one car, from the one it is on, with the distance to the start of each (m)."""
+    """The lanes of one car from its present one on, with the distance to the start of each (m)."""
 
     def __init__(self, graph: TrafficLaneGraph, point: int, chance: str) -> None:
         self.lanes = [int(graph.lane[point])]
         self.starts = [-float(graph.along[point])]
-        """Distances on the car's own count, which starts at 0 where it was taken over (m)."""
+        """Starts of the lanes (m), from the position at which the car was taken over."""
         self.chance = chance
         self.turns = 0
 
     def extend(self, graph: TrafficLaneGraph, until_m: float) -> None:
-        """Choose lanes by the seed until the route is known up to `until_m`, and to the end of any junction there."""
+        """Choose lanes with the seed up to `until_m`, and up to the end of any junction there."""
         while self.starts[-1] < until_m or graph.inside[self.lanes[-1]]:
             last = self.lanes[-1]
             choices = graph.after[last]
@@ -47,8 +48,9 @@ class CarRoute:
             del self.lanes[0], self.starts[0]
 
     def points(self, graph: TrafficLaneGraph, point: int) -> Ints:
-        """Return `ROW_POINTS` lane points from `point` of the first lane on; the last one repeats where the route
-        ends.
+        """Return `ROW_POINTS` lane points from `point` of the first lane on.
+
+        The last one repeats after the route's end.
         """
         parts = [np.arange(point, graph.first[self.lanes[0] + 1])]
         parts += [np.arange(graph.first[lane], graph.first[lane + 1]) for lane in self.lanes[1:]]
@@ -56,9 +58,7 @@ class CarRoute:
         return np.pad(row, (0, ROW_POINTS - len(row)), mode="edge")
 
     def next_junction(self, graph: TrafficLaneGraph, after_m: float) -> tuple[float, float, tuple[int, ...]]:
-        """Return start, end (m) and lanes of the first junction that starts after `after_m`; infinite if there is
-        none.
-        """
+        """Return start, end (m) and lanes of the first junction that starts after `after_m`; infinite without one."""
         begin = np.inf
         inside: list[int] = []
         for lane, start in zip(self.lanes, self.starts, strict=True):

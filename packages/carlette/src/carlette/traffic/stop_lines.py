@@ -1,4 +1,4 @@
-"""Where lanes have a stop line: the lane points at traffic lights and stop signs."""
+"""Stop lines of lanes: the lane points at traffic lights and stop signs."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from carlette.world.world import World
 @shared
 @dataclass(frozen=True, eq=False)
 class StopLines:
-    """What requires a stop at each lane point; constant within an episode."""
+    """Traffic controls at each lane point that require a stop; constant within an episode."""
 
     light: Ints
     """Index of the traffic light; -1 = none."""
@@ -26,7 +26,7 @@ class StopLines:
 
 
 def stop_lines(world: World, graph: TrafficLaneGraph) -> StopLines:
-    """The stop lines of the world's lights and signs: where a governed lane passes the middle of the trigger box."""
+    """Return the stop lines of lights and signs: a governed lane passes the center of the trigger box."""
     light = np.full(len(graph.place), -1)
     sign = np.zeros(len(graph.place), np.int64)
     for actor in world.actors.values():
@@ -43,12 +43,15 @@ def stop_lines(world: World, graph: TrafficLaneGraph) -> StopLines:
 
 
 def _governed(graph: TrafficLaneGraph, middle: Floats, across: Floats, half_m: float) -> Ints:
-    """The nearest point of each lane that passes through the box; its x axis runs across the lanes."""
+    """Return the nearest point of each lane that passes through the box.
+
+    The x axis of the box runs across the lanes.
+    """
     _, points = graph.grid.candidates(middle[None], half_m + 2.0)
     gap = graph.place[points] - middle
     aside = np.abs(gap[:, :2] @ across)
     along = gap[:, 0] * across[1] - gap[:, 1] * across[0]
-    # A lane crosses the box from its back to its front, whatever sign the box's axis has.
+    # A lane crosses the box from its back to its front. The sign of the box's axis does not matter.
     straight = np.abs(graph.ahead[points] @ across) < 0.5
     heading = graph.ahead[points] @ np.array((across[1], -across[0]))
     inside = (aside <= half_m) & (np.abs(along) < 2.5) & (np.abs(gap[:, 2]) < 3.0) & straight & (heading > 0.5)

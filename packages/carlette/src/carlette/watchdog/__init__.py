@@ -1,7 +1,7 @@
-"""Keeps clients going whose TrafficManager would otherwise hang: when snapshots are sent, and which clients are woken.
+"""Frees clients whose TrafficManager would otherwise hang: when snapshots are sent, and which clients are woken.
 
-docs/carlette.md, "The TrafficManager's lost wake-up", explains why this exists. The server uses two objects:
-`SnapshotPacer` says when a snapshot may be sent, and `TrafficManagerWatchdog` is told what clients do and frees one
+docs/carlette.md, "The TrafficManager's lost wake-up", explains why this exists. The server uses two objects.
+`SnapshotPacer` decides when a snapshot may be sent. `TrafficManagerWatchdog` observes the clients and frees one
 that hangs.
 """
 

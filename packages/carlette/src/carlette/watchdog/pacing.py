@@ -1,25 +1,27 @@
 """When a snapshot may be sent: only when its readers are ready for it.
 
-Four races in the client library make this necessary; all are likely with a server as fast as this one:
+Four races in the client library make this necessary. All are likely with a server as fast as this one:
 
-* `sensor.listen()` returns before the client's connection to the stream exists, so the next frame would be
-  lost. A snapshot therefore waits for every stream whose token was requested, and a reader that is even later still
-  gets what it missed (`hub`).
-* `load_world()` drops its episode as soon as the request is answered, in the same map of streams that the client's
-  network thread uses while it takes a snapshot. Nothing guards that map, and if both use it at once, the process ends
-  ("close: Bad file descriptor", "bad_weak_ptr", or without a message). So the answer comes some time after the last
-  snapshot, and the next snapshot only after the client has subscribed again.
-* `sensor.destroy()` closes the sensor's connection in another thread, which needs Python's global lock to release the
-  callback. `apply_batch_sync(…, True)` holds that lock while it waits for a snapshot. With two such threads (a machine
-  with two cores) and two sensors being destroyed, no thread is left to read the snapshot, and the call times out. So
-  the answer to the destruction, for which the client waits without the lock, comes shortly after the connection is
-  closed.
-* The traffic manager's worker thread ends a step by asking for the episode's settings, and then waits on a condition
-  variable, which `world.tick()` notifies without holding its mutex. If the snapshot wakes the main thread at just that
-  moment, the notification is lost and the client hangs forever. So while a traffic manager is registered, a snapshot
-  waits until shortly after the settings were requested, and the answer to a worker that asks only after the snapshot is
-  delayed by as much. The server uses this time to compute the frame, and lets the client sleep in the meantime: a
-  client that knows the frame's number busy-waits until the frame is there.
+ * `sensor.listen()` returns before the client's connection to the stream exists, so the next frame would be
+   lost. A snapshot therefore waits for every stream whose token was requested. A reader that is even later still
+   gets the messages that it missed (`streaming`).
+ * `load_world()` drops its episode as soon as the request is answered, in the same map of streams that the client's
+   network thread uses while it takes a snapshot. Nothing guards that map. If both use it at once, the process ends
+   ("close: Bad file descriptor", "bad_weak_ptr", or without a message). Therefore the answer comes some time after
+   the last snapshot, and the next snapshot only after the client has subscribed again.
+ * `sensor.destroy()` closes the sensor's connection in another thread, which requires Python's global lock to release
+   the callback. `apply_batch_sync(…, True)` holds that lock while it waits for a snapshot. With two such threads (a
+   machine with two cores) and two sensors being destroyed, no thread is left to read the snapshot, and the call times
+   out. Therefore the answer to the destruction, for which the client waits without the lock, comes shortly after the
+   connection is closed.
+ * The traffic manager's worker thread ends a step with a request for the episode's settings, and then waits on a
+   condition variable, which `world.tick()` notifies without holding its mutex. If the snapshot wakes the main thread
+   at just that moment, the notification is lost and the client hangs forever. Therefore, while a traffic manager is
+   registered, a snapshot waits until shortly after the settings were requested. The answer to a worker that requests
+   them only after the snapshot is delayed by as much. The server uses this time to compute the frame, and lets the
+   client sleep in the meantime: a client that has the frame's number busy-waits until the frame is there.
+
+The numbers are ours.
 """
 
 from __future__ import annotations
@@ -27,27 +29,32 @@ from __future__ import annotations
 from collections import deque
 
 HANDSHAKE_LIMIT_S = 1.0
+"""Time for which a snapshot waits for streams whose token was requested (s)."""
 PARTING_LIMIT_S = 0.25
-"""Time for the clients that listened to a sensor to close their connections (s); others may keep listening."""
+"""Time for the subscribers of a sensor to close their connections (s). Others may stay subscribed."""
 PARTING_REST_S = 0.02
-"""From a closed connection to the answer (s): time for the client's thread to get Python's lock on a busy machine."""
+"""Time from a closed connection to the answer (s).
+
+The client's thread gets Python's lock in it, also on a busy machine.
+"""
 REST_S = 0.03
-"""From the last snapshot of an episode to the answer that ends it (s)."""
+"""Time from the last snapshot of an episode to the answer that ends it (s)."""
 RETURN_LIMIT_S = 0.5
-"""Time for a client that has loaded a world to subscribe again (s); no snapshot is sent during it."""
+"""Time for a client that has loaded a world to subscribe again (s). No snapshot is sent during it."""
 SETTLE_S = 0.0005
-"""Time that the worker takes from the reply to its condition variable (s)."""
+"""Time from the reply until the worker waits on its condition variable (s)."""
 DOUBT_S = 0.003
-"""The same while it is unclear whether the worker or the client's own code asked for the settings (s)."""
+"""The same while it is unclear whether the worker or the client's own code requested the settings (s)."""
 MEMORY_TICKS = 200
+"""Number of snapshots over which the requests for settings are counted."""
 STEP_LIMIT_S = 0.025
-"""Send after this time even if the worker never asks: it may be gone or in asynchronous mode (s)."""
+"""Time after which the snapshot is sent without the worker's request (s). It may be gone or asynchronous."""
 ASK_LIMIT_S = 0.001
 """Longest time to wait for the worker's request before the tick is computed (s)."""
 
 
 class SnapshotPacer:
-    """Says how long the snapshot of the current tick must still be held back. Times are monotonic seconds."""
+    """Computes how long the snapshot of the current tick must still be held back. Times are monotonic (s)."""
 
     def __init__(self) -> None:
         self._cue = 0.0
@@ -56,10 +63,10 @@ class SnapshotPacer:
         self._published = -REST_S
         self._quiet_until = 0.0
         self._recent = deque([0], maxlen=MEMORY_TICKS)
-        """How often the settings were requested between two snapshots."""
+        """Number of requests for the settings between two snapshots."""
 
     def cue(self, now: float) -> None:
-        """Note that a client has asked for a tick."""
+        """Note that a client has requested a tick."""
         self._cue = now
 
     def settings_asked(self, now: float) -> None:
@@ -68,9 +75,9 @@ class SnapshotPacer:
         self._asked_since_publish += 1
 
     def step_begun(self) -> None:
-        """Note that a worker is in the middle of a step (it asked for the light states, which others hardly do).
+        """Note that a worker is in the middle of a step: it requested the light states, which others hardly do.
 
-        Earlier requests belong to the start of the step: a late worker must not be taken for a waiting one.
+        Earlier requests belong to the start of the step: a late worker must not count as a waiting one.
         """
         self._asked_since_publish = 0
 
@@ -82,7 +89,7 @@ class SnapshotPacer:
         self._published = now
 
     def episode_begun(self, now: float) -> float:
-        """Note that a client loads a world; return how long its answer must wait (s)."""
+        """Note that a client loads a world; return the delay of its answer (s)."""
         rest = max(0.0, self._published + REST_S - now)
         self._quiet_until = now + rest + RETURN_LIMIT_S
         return rest
@@ -92,23 +99,23 @@ class SnapshotPacer:
         self._quiet_until = 0.0
 
     def quiet_s(self, now: float) -> float:
-        """Return how long no snapshot may be sent because a client is about to change its stream (s)."""
+        """Return the time during which no snapshot may be sent because a client is about to change its stream (s)."""
         return max(0.0, self._quiet_until - now)
 
     def answer_after_s(self, now: float, managers: int) -> float:
-        """Return by how much the answer to a settings request is delayed (s).
+        """Return the delay of the answer to a settings request (s).
 
-        A worker that was late and asks just after the snapshot must not reach its condition variable in the
-        very moment in which the snapshot wakes the main thread.
+        A worker that was late and requests them just after the snapshot must not reach its condition variable at the
+        very moment at which the snapshot wakes the main thread.
         """
         return max(0.0, self._published + SETTLE_S - now) if managers else 0.0
 
     def awaits_worker(self, now: float, managers: int) -> bool:
-        """True while a worker is about to ask for the settings: the answer should not wait for the tick."""
+        """True while a worker is about to request the settings: the answer should not wait for the tick."""
         return self._asked_since_publish < managers and now < self._cue + ASK_LIMIT_S
 
     def hold_s(self, now: float, managers: int, awaited_streams: int) -> float:
-        """Return how long to wait at most before asking again (s); 0 means publish now."""
+        """Return the longest time to wait before the next call (s); 0 means that the snapshot may be sent."""
         if now < self._quiet_until:
             return self._quiet_until - now
         if awaited_streams and now < self._cue + HANDSHAKE_LIMIT_S:

@@ -1,8 +1,8 @@
-"""Finds out whether the process that listens on a local port does anything at all, and what its threads wait for.
+"""Examines the threads of the process that listens on a local port: whether they work, and what they wait for.
 
-A waiting thread sleeps; one that works, or would if it had a core, is runnable. So if all threads sleep for a while,
-they wait for each other or for something outside. Linux shows this in `/proc` for processes of the same user. To those
-who may also trace the process, it shows the address on which each thread waits.
+A waiting thread sleeps. A thread that works, or would work if it had a core, is runnable. So if all threads sleep for a
+while, they wait for each other or for something outside. Linux shows this in `/proc` for processes of the same user. To
+users that may also trace the process, it shows the address on which each thread waits.
 """
 
 from __future__ import annotations
@@ -15,12 +15,15 @@ from pathlib import Path
 
 PROC = Path("/proc")
 SAMPLES = 10
+"""Number of samples; with `SAMPLE_S`, they cover 50 ms. Ours."""
 SAMPLE_S = 0.005
+"""Time between two samples (s). Ours."""
 LISTENING, ASLEEP = "0A", "S"
 FUTEX_CALL = {"x86_64": "202"}
-NEIGHBOURS_BYTES = range(44, 53)
-"""Distances between the words on which two threads wait in adjacent condition variables of glibc (48 bytes each). Each
-variable has two such words, 4 bytes apart, and uses them in turn.
+NEIGHBORS_BYTES = range(44, 53)
+"""Distances between the words on which two threads wait in adjacent condition variables of glibc (48 bytes each).
+
+Each variable has two such words, 4 bytes apart, and uses them in turn.
 """
 
 
@@ -34,6 +37,7 @@ def is_still(port: int) -> bool | None:
             if any(state != ASLEEP for state in _states(process)):
                 return False
         except OSError:
+            # The process has ended, or belongs to another user.
             return None
         time.sleep(SAMPLE_S)
     return True
@@ -55,13 +59,14 @@ def waits_for_itself(port: int) -> bool | None:
         try:
             found = set(_waits(process, call))
         except OSError:
+            # The process has ended, or belongs to another user.
             return None
         waits = found if waits is None else waits & found
         if len(waits) < 2:
             return False
         time.sleep(SAMPLE_S)
     words = {word for _, word in waits or ()}
-    return any(word + apart in words for word in words for apart in NEIGHBOURS_BYTES)
+    return any(word + apart in words for word in words for apart in NEIGHBORS_BYTES)
 
 
 def _waits(process: Path, call: str) -> Iterator[tuple[str, int]]:
@@ -92,6 +97,7 @@ def _inodes(port: int) -> Iterator[str]:
         try:
             lines = (PROC / "net" / table).read_text(encoding="utf-8").splitlines()[1:]
         except OSError:
+            # The system has no such table, for example without IPv6.
             continue
         for fields in map(str.split, lines):
             if fields[3] == LISTENING and int(fields[1].rpartition(":")[2], 16) == port:
@@ -102,5 +108,5 @@ def _holds(process: Path, sockets: set[str]) -> bool:
     try:
         return any(os.readlink(path) in sockets for path in (process / "fd").iterdir())
     except OSError:
-        # It has ended, or belongs to another user.
+        # The process has ended, or belongs to another user.
         return False

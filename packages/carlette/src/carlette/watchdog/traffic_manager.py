@@ -3,23 +3,26 @@
 Pacing makes the loss rare, but on a loaded machine a thread may be late by any amount of time. A client that lost the
 wake-up makes no more calls: its main thread waits inside `world.tick()` for a worker that waits to be woken. The
 traffic manager still answers on its own port, and leaving synchronous mode there wakes the worker
-(`TrafficManagerLocal` of CARLA 0.9.15 and 0.9.16), which then makes the step that was missed. So a silent client is
-asked whether it responds, told to leave synchronous mode, and told to enter it again.
+(`TrafficManagerLocal` of CARLA 0.9.15 and 0.9.16), which then makes the step that was missed. So the watchdog checks
+whether a silent client responds, makes it leave synchronous mode, and makes it enter it again.
 
-The other half of a step may be lost as well: the worker ends it and also notifies the main thread without the mutex.
-Then the same rescue makes the worker step once more (its cars are steered twice for one tick), and the client goes on.
+The other half of a step may be lost as well: the worker ends it and also notifies the main thread without the
+mutex. Then the same rescue makes the worker step once more (its cars are steered twice for one tick), and the
+client continues.
 
 A worker that is merely late must not be woken: it would make that step twice, and be out of step with its client from
-then on. So the threads of a silent client on this machine are examined (`threads`): it is freed if its worker waits for
-a step while its main thread waits for the end of one, which has no other cause. If the system does not show what a
-thread waits for, a client that has called nothing at all since its snapshot is freed once all its threads sleep, or,
-like a client elsewhere, when it has been silent for longer. A client that really lost the first wake-up continues after
-the rescue bit for bit as if nothing had happened.
+then on. So the threads of a silent client on this machine are examined (`threads`). The client is freed if its worker
+waits for a step while its main thread waits for the end of one, which has no other cause. If the system does not show
+what a thread waits for, a client that has called nothing at all since its snapshot is freed once all its threads sleep.
+Such a client, or one on another machine, is also freed after a longer silence. A client that really lost the first
+wake-up continues after the rescue bit for bit as if nothing had happened.
 
-Three others are left alone: a client with unknown threads that began its step (it asks for the vehicles' lights; so
-this covers a client that a debugger stops between ticks, and a traffic manager in asynchronous mode), a process that is
+Three others are left alone: a client with unknown threads that began its step (it requests the vehicles' lights; this
+covers a client that a debugger stops between ticks, and a traffic manager in asynchronous mode), a process that is
 stopped as a whole (it answers nothing), and anything that is not a traffic manager (it answers with an error). A client
 that ticks with a traffic manager in another process is not helped, because the registration is not its own.
+
+The numbers are ours.
 """
 
 from __future__ import annotations
@@ -37,56 +40,60 @@ import msgpack
 from carlette.watchdog.threads import is_still, waits_for_itself
 
 STALLED_S = 0.5
-"""A client in step with the server calls within microseconds of a snapshot."""
+"""Silence after which a client is examined (s). A client in step calls within microseconds of a snapshot."""
 FAR_STALLED_S = 3.0
 """The same for a client whose threads cannot be examined: on another machine, or with a thread that always runs (s)."""
 LONGEST_LOOK_S = 8.0
-"""A client that stays silent is examined again after twice the time, but at most this much later (s)."""
+"""Longest time between two checks of a silent client (s). The time doubles up to this value."""
 ANSWER_S = 2.0
+"""Time for a traffic manager to answer (s)."""
 MOST_TRIES = 4
-"""Most attempts if a rescue is not answered; each waits twice as long as the one before."""
+"""Maximum number of attempts if a rescue is not answered; each wait is twice as long as the one before."""
 LONGEST_ANSWER_BYTES = 65536
+"""Longest answer of a traffic manager (bytes)."""
 
 log = logging.getLogger(__name__)
 
 
 @dataclass
 class _Silence:
-    """A client's silence since its last snapshot."""
+    """Silence of a client since its last snapshot."""
 
     since: float
-    """The snapshot, or the last call that was noticed."""
+    """Time of the snapshot, or of the last call that was noticed."""
     due: float
-    """When it is examined next, unless it calls before."""
+    """Time of the next check, unless the client calls before."""
     surely_lost: float
-    """From this time on it is no longer asked whether it works."""
+    """Time from which on the client is freed without a check whether it works."""
     host: str
     ports: tuple[int, ...]
     tries: int = 0
+    """Number of rescues so far."""
     calls: int = 0
+    """Number of calls of the client since the snapshot."""
     calls_seen: int = 0
-    """At the last look."""
+    """Value of `calls` at the last check."""
     has_begun: bool = False
-    """True if its worker was woken by the snapshot or by a rescue."""
+    """True if the snapshot or a rescue woke the worker of the client."""
 
 
 class TrafficManagerWatchdog:
-    """Notices a client that went silent after a snapshot that it requested. Times are monotonic seconds."""
+    """Notices a client that is silent after a snapshot that it requested. Times are monotonic (s)."""
 
     def __init__(self) -> None:
         self.count = 0
-        """How often a client was freed."""
+        """Number of rescues of clients."""
         self._silence: _Silence | None = None
         self._helper: threading.Thread | None = None
         self._switching = threading.Event()
 
     @property
     def is_switching(self) -> bool:
-        """True while a woken traffic manager is not yet back in synchronous mode: no snapshot should go out."""
+        """True while a woken traffic manager is not yet back in synchronous mode: no snapshot should be sent."""
         return self._switching.is_set()
 
     def wait_for_switch(self) -> None:
-        """Return when no traffic manager is between its modes; bounded by the time it has to answer."""
+        """Return when no traffic manager is between its modes; limited by the time for its answer."""
         if self.is_switching and self._helper is not None:
             self._helper.join(ANSWER_S)
 
@@ -95,18 +102,18 @@ class TrafficManagerWatchdog:
         ports = tuple(managers)
         self._silence = _Silence(now, now + STALLED_S, now + FAR_STALLED_S, host, ports) if ports else None
 
-    def heard(self, has_begun: bool = True) -> None:
-        """Note that this client called again; `has_begun` unless it may have called before it waited for its step."""
+    def note_call(self, has_begun: bool = True) -> None:
+        """Note a call of this client; `has_begun` is False if it may have called before it waited for its step."""
         if self._silence is not None:
             self._silence.calls += 1
             self._silence.has_begun |= has_begun
 
-    def left(self) -> None:
+    def note_disconnect(self) -> None:
         """Note that this client has disconnected."""
         self._silence = None
 
-    def look(self, now: float) -> None:
-        """Free the client if it has been silent for too long. To be called regularly."""
+    def free_if_silent(self, now: float) -> None:
+        """Free the client if it has been silent for too long. Call this regularly."""
         silence = self._silence
         if silence is None:
             return
@@ -126,7 +133,7 @@ class TrafficManagerWatchdog:
     def _free(self, silence: _Silence, is_surely_lost: bool) -> None:
         calls = silence.calls
         if not self._is_lost(silence, is_surely_lost) or self._silence is not silence or silence.calls != calls:
-            # It works, or it called while its threads were examined.
+            # The client works, or it called while its threads were examined.
             return
         silence.tries += 1
         silence.due += STALLED_S * 2**silence.tries
@@ -152,6 +159,7 @@ class TrafficManagerWatchdog:
         try:
             wake(host, port, self._switching)
         except (OSError, ValueError, msgpack.UnpackException) as error:
+            # The rescue failed; the next check tries again, up to `MOST_TRIES` times.
             log.info("the traffic manager at %s:%d was not woken: %s", host, port, error)
             return False
         log.warning("woke the traffic manager at %s:%d from a lost wake-up", host, port)
@@ -163,18 +171,22 @@ def _is_here(host: str) -> bool:
 
 
 def wake(host: str, port: int, switching: threading.Event | None = None) -> None:
-    """Make a traffic manager leave and re-enter synchronous mode. Raises `OSError` if it does not answer.
+    """Make a traffic manager leave and re-enter synchronous mode.
 
     `switching` is set while it is in asynchronous mode.
+
+    Raises:
+        OSError: The traffic manager does not answer.
     """
     busy = switching or threading.Event()
     with socket.create_connection((host, port), timeout=ANSWER_S) as sock:
-        # A process that is merely stopped answers nothing, and is left alone.
+        # Check first: a process that is merely stopped answers nothing, and is left alone.
         sock.sendall(_request(0, "health_check_remote_TM"))
         _answers(sock, 1)
         busy.set()
         try:
-            # At once, or the worker would find itself in asynchronous mode after the missed step and make another.
+            # Send both at once. Otherwise the worker would find asynchronous mode after the missed step and
+            # make another.
             sock.sendall(_request(1, "set_synchronous_mode", False) + _request(2, "set_synchronous_mode", True))
             if _answers(sock, 2) != [1, 2]:
                 sock.sendall(_request(3, "set_synchronous_mode", True))
@@ -189,7 +201,7 @@ def _request(number: int, method: str, *arguments: Any) -> bytes:
 
 
 def _answers(sock: socket.socket, count: int) -> list[int]:
-    """Return the numbers of the next answered requests; raise `OSError` for an error, or if there is none in time."""
+    """Return the numbers of the next answered requests; raise `OSError` for an error or a timeout."""
     unpacker = msgpack.Unpacker(raw=True, max_buffer_size=LONGEST_ANSWER_BYTES)
     numbers: list[int] = []
     end = time.monotonic() + ANSWER_S

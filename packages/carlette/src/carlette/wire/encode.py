@@ -14,59 +14,61 @@ from carlette.geometry import Box, Pose, Rotation, Vector
 
 _TOKEN = struct.Struct("<IHBB16x")
 _TCP = 1
+"""Protocol number of TCP in a stream token."""
 _SAME_HOST = 0
+"""Address type of a token without an address: the client uses the host of its connection."""
 
 WORLD_STREAM = 1
-"""The stream of world snapshots, by convention."""
+"""Stream of world snapshots, as in CARLA."""
 
 
 def stream_token(stream_id: int, port: int) -> bytes:
-    """A token that sends the client to `port` of the host that it already talks to."""
+    """Return a token that sends the client to `port` of the host that it already uses."""
     return _TOKEN.pack(stream_id, port, _TCP, _SAME_HOST)
 
 
 def collision(actor: Any, other: Any, impulse: Vector) -> bytes:
-    """A `CollisionEvent`: two actors as the client reads them, and the impulse on the first in N·s."""
+    """Return a `CollisionEvent`: two actors in the client's form, and the impulse on the first (N·s)."""
     packed: bytes = msgpack.packb([actor, other, list(impulse)], unicode_errors="surrogateescape")
     return packed
 
 
 Wire = Any
-"""Anything that msgpack can pack: only the client's compiled library knows its types."""
+"""Anything that msgpack can pack. Only the client's compiled library has its types."""
 
 
 def value(result: Wire) -> Wire:
-    """`Response<T>` with a value."""
+    """Return a `Response<T>` with a value."""
     return [[1, result]]
 
 
 def failure(message: str) -> Wire:
-    """`Response<T>` with an error, where T is not void."""
+    """Return a `Response<T>` with an error, where T is not void."""
     return [[0, [message]]]
 
 
 def done() -> Wire:
-    """`Response<void>` of a success."""
+    """Return a `Response<void>` of a success."""
     return [[False]]
 
 
 def void_failure(message: str) -> Wire:
-    """`Response<void>` with an error."""
+    """Return a `Response<void>` with an error."""
     return [[True, [message]]]
 
 
 def pose(value: Pose) -> Wire:
-    """A `Transform`."""
+    """Return a `Transform`."""
     return [list(value.location), list(value.rotation)]
 
 
 def box(value: Box) -> Wire:
-    """A `BoundingBox`."""
+    """Return a `BoundingBox`."""
     return [list(value.center), list(value.extent), list(value.rotation)]
 
 
 def definition(uid: int, item: Definition, version: ClientVersion) -> Wire:
-    """An `ActorDefinition`."""
+    """Return an `ActorDefinition`."""
     return [uid, item.id, item.tags, [_attribute(attribute, version) for attribute in item.attributes]]
 
 
@@ -76,23 +78,23 @@ def _attribute(item: Attribute, version: ClientVersion) -> Wire:
 
 
 def description(uid: int, type_id: str, attributes: Sequence[tuple[str, int, str]], version: ClientVersion) -> Wire:
-    """An `ActorDescription`; the types in `attributes` are `AttributeType` numbers."""
+    """Return an `ActorDescription`; the types in `attributes` are `AttributeType` numbers."""
     offset = version.attribute_type_offset
     return [uid, type_id, [[name, kind + offset, text] for name, kind, text in attributes]]
 
 
 def read_vector(wire: Sequence[float]) -> Vector:
-    """A `Vector3D` or `Location` of a request."""
+    """Return a `Vector3D` or `Location` of a request."""
     return Vector(float(wire[0]), float(wire[1]), float(wire[2]))
 
 
 def read_pose(wire: Sequence[Sequence[float]]) -> Pose:
-    """A `Transform` of a request."""
+    """Return a `Transform` of a request."""
     rotation = wire[1]
     return Pose(read_vector(wire[0]), Rotation(float(rotation[0]), float(rotation[1]), float(rotation[2])))
 
 
 def read_attributes(wire: Sequence[Sequence[Any]], version: ClientVersion) -> dict[str, tuple[AttributeType, str]]:
-    """The attribute values of an `ActorDescription`."""
+    """Return the attribute values of an `ActorDescription`."""
     offset = version.attribute_type_offset
     return {str(item[0]): (AttributeType(int(item[1]) - offset), str(item[2])) for item in wire}

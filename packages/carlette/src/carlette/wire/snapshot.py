@@ -10,7 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 RECORD_BYTES = 119
+"""Size of one actor's record, as in CARLA (bytes)."""
 _UNION = 65
+"""Offset of the fields that depend on the kind of actor (bytes)."""
 
 _FIELDS: dict[str, tuple[Any, int]] = {
     "id": ("<u4", 0),
@@ -49,21 +51,22 @@ RECORD = np.dtype(
         "itemsize": RECORD_BYTES,
     }
 )
-"""One actor. The fields from byte 65 on overlap: the kind of actor says which ones apply."""
+"""One actor. The fields from byte 65 on overlap: they depend on the kind of actor."""
 
 Records = NDArray[np.void]
 
 MAP_CHANGE = 1
+"""Flag: the map has changed."""
 
 _SENSOR_HEADER = struct.Struct("<QQd6f")
 _WORLD_HEADER = struct.Struct("<Qdf3iI")
 
 
 def sensor_header(sensor_type: int, frame: int, elapsed_s: float, pose: tuple[float, ...] = (0.0,) * 6) -> bytes:
-    """The 48 bytes in front of every message of a stream; `pose` is x y z pitch yaw roll."""
+    """Return the 48 bytes in front of every message of a stream; `pose` is x y z pitch yaw roll."""
     return _SENSOR_HEADER.pack(sensor_type, frame, elapsed_s, *pose)
 
 
 def world_header(episode_id: int, delta_s: float, flags: int) -> bytes:
-    """The 36 bytes between the sensor header and the records."""
+    """Return the 36 bytes between the sensor header and the records."""
     return _WORLD_HEADER.pack(episode_id, time.time(), delta_s, 0, 0, 0, flags)

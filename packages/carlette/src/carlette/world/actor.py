@@ -1,4 +1,4 @@
-"""Actors: what the world knows about each of its objects, apart from its motion."""
+"""Actors: the state of each object of the world apart from its motion."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from carlette.physics.vehicle_parameters import PhysicsParameters
 
 
 class ActorKind(IntEnum):
-    """How an actor takes part in the world."""
+    """Role of an actor in the world."""
 
     OTHER = 0
     VEHICLE = 1
@@ -27,7 +27,7 @@ Attributes = dict[str, tuple[AttributeType, str]]
 
 @dataclass(eq=False)
 class Actor:
-    """One actor; its pose and velocity are row `row` of the world's bodies."""
+    """One actor. Its pose and velocity are row `row` of the world's bodies."""
 
     id: int
     type_id: str
@@ -38,19 +38,20 @@ class Actor:
     tags: bytes = b""
     """Semantic tags (`CityObjectLabel`)."""
     parent_id: int = 0
+    """Id of the parent; 0 = none."""
     attached: Pose | None = None
-    """Pose in the parent's frame, if there is a parent that was not destroyed."""
+    """Pose in the parent's frame, if it has a parent that was not destroyed."""
     stream_id: int = 0
-    """The stream of a sensor; 0 = none."""
+    """Stream of a sensor; 0 = none."""
     index: int = -1
     """Row in the table of its kind (fleet, walkers, lights)."""
     touches: bool = False
-    """True if others can collide with it, unless a client switches its collisions off."""
+    """True if others can collide with the actor, unless a client switches its collisions off."""
     posed: dict[str, Pose] = field(default_factory=dict)
     """Joints that a client (or a flagger's gesture) has set, each in its parent bone's frame."""
     blend: float = 0.0
-    """How far the walker takes that pose: 0 for the usual stance, 1 for the whole pose."""
+    """Share of that pose: 0 for the usual stance, 1 for the whole pose."""
     physics: PhysicsParameters | None = None
-    """A vehicle's technical data, as clients read them back."""
+    """A vehicle's technical data in the form of the client."""
     surface: int = -1
-    """Row in the table of the ground below; -1 = does not stand on the ground."""
+    """Row in the table of the ground below; -1 = not on the ground."""

@@ -1,7 +1,7 @@
 """Fast copies of a world: everything is copied except constant data, which the original and the copy share.
 
-A fork is a pickle round trip, so it holds exactly what a pickle of the world holds, whatever fields the tables gain.
-Only instances of classes decorated with `shared` are passed by reference.
+A fork is a pickle round trip, so it holds exactly the content of a pickle of the world. Only instances of classes
+decorated with `shared` are passed by reference.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ class _Pickler(pickle.Pickler):
 
 
 def shared(kind: type[T]) -> type[T]:
-    """Class decorator for classes whose instances never change, so that forks share them."""
+    """Return the class. Decorate a class whose instances never change with it, so that forks share them."""
     _Pickler.dispatch_table[kind] = _by_reference
     return kind
 
 
 def fork(value: T) -> T:
-    """An independent copy of anything that can be pickled."""
+    """Return an independent copy of anything that can be pickled."""
     buffer = io.BytesIO()
     _Pickler(buffer, pickle.HIGHEST_PROTOCOL).dump(value)
     copy: T = pickle.loads(buffer.getbuffer())

@@ -1,4 +1,4 @@
-"""What a ray through the world hits: the road's surface and actors' boxes."""
+"""Hits of a ray through the world: the road's surface and actors' boxes."""
 
 from __future__ import annotations
 
@@ -11,13 +11,16 @@ from carlette.world.actor import ActorKind
 from carlette.world.world import World
 
 STEP_M = 0.5
+"""Step of the search along the ray for the ground (m). Ours."""
 MOST_STEPS = 4000
+"""Maximum number of steps of that search. Ours."""
 ROAD_LABEL, SIDEWALK_LABEL, TERRAIN_LABEL, STATIC_LABEL = 1, 2, 10, 20
+"""Numbers of `carla.CityObjectLabel`."""
 _X, _Y, _Z = Vector(x=1.0), Vector(y=1.0), Vector(z=1.0)
 
 
 class RayHit(NamedTuple):
-    """A point on a surface and what the surface belongs to (`CityObjectLabel`)."""
+    """A point on a surface, and the `CityObjectLabel` of its object."""
 
     distance_m: float
     place: Vector
@@ -25,7 +28,7 @@ class RayHit(NamedTuple):
 
 
 def cast(world: World, start: Vector, way: Vector, distance_m: float) -> list[RayHit]:
-    """Return what is hit within `distance_m` of `start` in the direction `way` (any non-zero length), nearest first."""
+    """Return the hits within `distance_m` of `start` in the direction `way` (any non-zero length), nearest first."""
     length = math.sqrt(way.x**2 + way.y**2 + way.z**2)
     unit = Vector(way.x / length, way.y / length, way.z / length)
     hits = [
@@ -68,7 +71,10 @@ def _dot(a: Vector, b: Vector) -> float:
 
 
 def _ground_hit(roads: RoadNetwork, start: Vector, unit: Vector, distance_m: float) -> RayHit | None:
-    """Return where a ray hits the surface from above; beside the road, the surface of the nearest lane continues."""
+    """Return the point where a ray hits the surface from above.
+
+    Beside the road, the nearest lane's surface continues.
+    """
     steps = max(1, min(MOST_STEPS, math.ceil(distance_m / STEP_M)))
     before = _height(roads, start)
     for step in range(1, steps + 1):

@@ -8,11 +8,12 @@ from functools import cached_property
 import numpy as np
 
 ASYNCHRONOUS_STEP_S = 0.05
+"""Step in asynchronous mode (s). Ours."""
 
 
 @dataclass(frozen=True)
 class EpisodeSettings:
-    """`carla.WorldSettings`, in the order of the wire."""
+    """`carla.WorldSettings`, in the order of the wire. The defaults are CARLA's."""
 
     synchronous: bool = False
     no_rendering: bool = False
@@ -28,7 +29,7 @@ class EpisodeSettings:
 
     @property
     def step_s(self) -> float:
-        """Simulated seconds of one tick."""
+        """Simulated duration of one tick (s)."""
         return self.fixed_delta_s or ASYNCHRONOUS_STEP_S
 
     @cached_property

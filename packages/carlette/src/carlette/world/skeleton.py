@@ -1,6 +1,6 @@
 """The joints of a walker: standing, or in the pose that a client or a gesture sets.
 
-Limbs do not swing while walking.
+Limbs do not swing while the walker moves.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ _MIDDLE: dict[str, tuple[str, float]] = {
     "crl_neck__C": ("crl_spine01__C", 0.84),
     "crl_Head__C": ("crl_neck__C", 0.90),
 }
-"""Bone to its parent and its height, as a part of the body's."""
+"""Parent and height of each bone, as a share of the body's height. Ours."""
 _SIDES: dict[str, tuple[str, float, float, float]] = {
     "crl_shoulder": ("crl_spine01__C", 0.0, 0.04, 0.81),
     "crl_arm": ("crl_shoulder", 0.0, 0.11, 0.81),
@@ -30,11 +30,11 @@ _SIDES: dict[str, tuple[str, float, float, float]] = {
     "crl_toe": ("crl_foot", 0.07, 0.05, 0.01),
     "crl_eye": ("crl_Head__C", 0.05, 0.02, 0.94),
 }
-"""The same for both sides, with the distance ahead of and beside the middle."""
+"""The same for both sides, with the distances ahead of and to the side of the center. Ours."""
 
 
 class Bone(NamedTuple):
-    """One joint: its pose in the world, in the walker's frame and in its parent bone's."""
+    """One joint: its pose in the world, in the walker's frame and in its parent bone's frame."""
 
     name: str
     world: Pose
@@ -51,7 +51,7 @@ GESTURES: dict[str, dict[str, Vector]] = {
     "go": {"crl_foreArm__R": _SIDEWAYS, "crl_hand__R": _SIDEWAYS},
     "slow": {f"crl_{item}__{side}": _LOW for item in ("foreArm", "hand") for side in "LR"},
 }
-"""A flagger's gestures: the joints' positions relative to their parents, as shares of the body's height."""
+"""A flagger's gestures: the joints' positions relative to their parents, as shares of the body's height. Ours."""
 
 
 def gesture(name: str, half_height_m: float) -> dict[str, Pose]:
@@ -63,9 +63,9 @@ def gesture(name: str, half_height_m: float) -> dict[str, Pose]:
 def bones(
     walker: Pose, half_height_m: float, posed: Mapping[str, Pose] | None = None, blend: float = 0.0
 ) -> list[Bone]:
-    """All joints of a walker whose origin is at half its height, parents first.
+    """Return all joints of a walker whose origin is at half its height, parents first.
 
-    `posed` joints (in their parents' frames) are blended in by the share `blend`, and move their children with them.
+    `posed` joints (in their parents' frames) are blended in with the share `blend`. They move their children.
     """
     usual = {"": Vector()}
     placed = {"": Pose(Vector(z=-half_height_m))}
@@ -92,12 +92,12 @@ def _between(usual: Pose, posed: Pose, share: float) -> Pose:
 def _joints(height_m: float) -> list[tuple[str, str, Vector]]:
     middle = [(name, parent, Vector(z=part * height_m)) for name, (parent, part) in _MIDDLE.items()]
     for side, right in (("__L", -1.0), ("__R", 1.0)):
-        for name, (parent, ahead, beside, up) in _SIDES.items():
+        for name, (parent, ahead, lateral, up) in _SIDES.items():
             above = parent if parent.endswith("__C") else parent + side
-            place = Vector(ahead * height_m, right * beside * height_m, up * height_m)
+            place = Vector(ahead * height_m, right * lateral * height_m, up * height_m)
             middle.append((name + side, above, place))
     return middle
 
 
 BONES = frozenset(name for name, _, _ in _joints(1.0))
-"""The names of all joints."""
+"""Names of all joints."""

@@ -1,8 +1,8 @@
-"""Spawning actors at a client's request, and what may be in their way."""
+"""Spawns actors at a client's request, and checks the space for them."""
 
 from __future__ import annotations
 
-from carlette.blueprints import Catalogue, load_catalogue
+from carlette.blueprints import Catalog, load_catalog
 from carlette.blueprints.default_color import painted
 from carlette.blueprints.sensor_definitions import IN_THE_CLIENT
 from carlette.errors import CompletionRequestError, SpawnCollisionError
@@ -16,23 +16,28 @@ from carlette.world.speed_limits import pass_signs
 from carlette.world.world import World
 
 MOST_ACTORS = 4096
-"""Most actors of a world, lights and signs included; each costs some microseconds per tick and 119 bytes per
-snapshot.
+"""Maximum number of actors of a world, lights and signs included. Ours.
+
+Each costs some microseconds per tick and 119 bytes per snapshot.
 """
 VEHICLE_CLEARANCE_M = 0.15
-"""Height of objects that a car drives over without touching them (m)."""
+"""Height of objects that a car drives over without touching them (m). Ours."""
 CAR_TAG, TRUCK_TAG, BUS_TAG, MOTORCYCLE_TAG, BICYCLE_TAG, PEDESTRIAN_TAG, PROP_TAG = 14, 15, 16, 18, 19, 12, 21
+"""Semantic tags of CARLA."""
 _VEHICLE_TAGS = {"truck": TRUCK_TAG, "bus": BUS_TAG, "motorcycle": MOTORCYCLE_TAG, "bicycle": BICYCLE_TAG}
 
 
 def spawn(world: World, type_id: str, attributes: Attributes, pose: Pose, parent_id: int = 0) -> Actor:
     """Add an actor as a client requested it.
 
-    `pose` is in the world, or in the parent's frame where there is a parent. Raises `SpawnCollisionError` when the
-    place is taken and `CompletionRequestError` when the kind, the pose or the parent is not valid.
+    `pose` is in the world frame, or in the parent's frame if there is a parent.
+
+    Raises:
+        SpawnCollisionError: The space is taken.
+        CompletionRequestError: The kind, the pose or the parent is not valid.
     """
-    catalogue = load_catalogue()
-    if type_id not in catalogue.definitions:
+    catalog = load_catalog()
+    if type_id not in catalog.definitions:
         raise CompletionRequestError(_unknown_type(type_id))
     if len(world.actors) >= MOST_ACTORS:
         raise CompletionRequestError(
@@ -46,10 +51,10 @@ def spawn(world: World, type_id: str, attributes: Attributes, pose: Pose, parent
     if parent_id:
         parent = world.actor(parent_id, "spawn_actor_with_parent")
         attached, pose = pose, world.pose(parent).compose(pose)
-    actor = _enter(world, catalogue, type_id, attributes, pose)
+    actor = _enter(world, catalog, type_id, attributes, pose)
     actor.parent_id, actor.attached = parent_id, attached
     if parent_id:
-        world.bodies.solid[actor.row] = actor.touches = False  # it would push its own carrier
+        world.bodies.solid[actor.row] = actor.touches = False  # otherwise it would push its own carrier
     return actor
 
 
@@ -61,23 +66,23 @@ def _unknown_type(type_id: str) -> str:
     return f"Unknown actor type '{type_id}'; use one of the blueprint library"
 
 
-def _enter(world: World, catalogue: Catalogue, type_id: str, attributes: Attributes, pose: Pose) -> Actor:
-    if type_id in catalogue.vehicles:
-        return _enter_vehicle(world, catalogue, type_id, attributes, pose)
-    if type_id in catalogue.walkers:
-        return _enter_walker(world, catalogue, type_id, attributes, pose)
-    if type_id in catalogue.props or type_id == "static.prop.mesh":
-        return _enter_prop(world, catalogue, type_id, attributes, pose)
+def _enter(world: World, catalog: Catalog, type_id: str, attributes: Attributes, pose: Pose) -> Actor:
+    if type_id in catalog.vehicles:
+        return _enter_vehicle(world, catalog, type_id, attributes, pose)
+    if type_id in catalog.walkers:
+        return _enter_walker(world, catalog, type_id, attributes, pose)
+    if type_id in catalog.props or type_id == "static.prop.mesh":
+        return _enter_prop(world, catalog, type_id, attributes, pose)
     kind = ActorKind.SENSOR if type_id.startswith("sensor.") else ActorKind.OTHER
     actor = world.enter(type_id, kind, pose, Box(Vector(), Vector()), attributes)
     actor.stream_id = actor.id if kind is ActorKind.SENSOR and type_id not in IN_THE_CLIENT else 0
     return actor
 
 
-def _enter_vehicle(world: World, catalogue: Catalogue, type_id: str, attributes: Attributes, pose: Pose) -> Actor:
-    model = catalogue.vehicles[type_id]
+def _enter_vehicle(world: World, catalog: Catalog, type_id: str, attributes: Attributes, pose: Pose) -> Actor:
+    model = catalog.vehicles[type_id]
     _require_free(world, pose, model.box, VEHICLE_CLEARANCE_M)
-    chosen = painted(catalogue.definitions[type_id], attributes, world.next_id)
+    chosen = painted(catalog.definitions[type_id], attributes, world.next_id)
     actor = world.enter(type_id, ActorKind.VEHICLE, pose, model.box, chosen)
     actor.tags = bytes([_VEHICLE_TAGS.get(model.base_type, CAR_TAG)])
     _make_solid(world, actor, model.mass_kg, VEHICLE_CLEARANCE_M)
@@ -85,7 +90,7 @@ def _enter_vehicle(world: World, catalogue: Catalogue, type_id: str, attributes:
     actor.index = world.fleet.add(actor.row, model, actor.physics)
     actor.surface = world.surface.add(actor.row, 0.0, tilts=True)
     world.fleet.sticky[actor.index] = _flag(attributes, "sticky_control", True)
-    world.surface.look(world.bodies, world.roads)
+    world.surface.update(world.bodies, world.roads)
     pass_signs(world.bodies, world.fleet, world.roads.speed_boxes)
     return actor
 
@@ -94,8 +99,8 @@ def _flag(attributes: Attributes, name: str, default: bool) -> bool:
     return attributes[name][1].lower() == "true" if name in attributes else default
 
 
-def _enter_walker(world: World, catalogue: Catalogue, type_id: str, attributes: Attributes, pose: Pose) -> Actor:
-    model = catalogue.walkers[type_id]
+def _enter_walker(world: World, catalog: Catalog, type_id: str, attributes: Attributes, pose: Pose) -> Actor:
+    model = catalog.walkers[type_id]
     _require_free(world, pose, model.box, 0.0)
     actor = world.enter(type_id, ActorKind.WALKER, pose, model.box, attributes)
     actor.tags = bytes([PEDESTRIAN_TAG])
@@ -108,8 +113,8 @@ def _enter_walker(world: World, catalogue: Catalogue, type_id: str, attributes: 
     return actor
 
 
-def _enter_prop(world: World, catalogue: Catalogue, type_id: str, attributes: Attributes, pose: Pose) -> Actor:
-    model = catalogue.props.get(type_id)
+def _enter_prop(world: World, catalog: Catalog, type_id: str, attributes: Attributes, pose: Pose) -> Actor:
+    model = catalog.props.get(type_id)
     box = model.box if model else _mesh_box(attributes)
     actor = world.enter(type_id, ActorKind.PROP, pose, box, attributes)
     world.turn_prop(actor)
@@ -124,10 +129,11 @@ def _enter_prop(world: World, catalogue: Catalogue, type_id: str, attributes: At
 
 
 def _mesh_box(attributes: Attributes) -> Box:
-    """Return a box of half a metre each way, times the scale: this server has no such meshes."""
+    """Return a box of half a meter each way, times the scale: this server has no such meshes."""
     try:
         scale = float(attributes["scale"][1])
     except (KeyError, ValueError):
+        # An attribute that is missing or no number leaves the size unscaled.
         scale = 1.0
     half = 0.25 * scale if 0.0 < scale < 1000.0 else 0.25
     return Box(Vector(z=half), Vector(half, half, half))

@@ -11,7 +11,7 @@ from carlette.physics.bodies import BodyTable
 from carlette.physics.vehicle_dynamics import Vehicles
 
 NEAR_M = 15.0
-"""Boxes further away than this in x or y are not examined (m): no vehicle is that long."""
+"""Distance in x or y beyond which boxes are not examined (m). Ours; no vehicle is that long."""
 
 
 def pass_signs(bodies: BodyTable, fleet: Vehicles, boxes: SpeedBoxes) -> None:
@@ -27,7 +27,7 @@ def pass_signs(bodies: BodyTable, fleet: Vehicles, boxes: SpeedBoxes) -> None:
 
 
 def _touch(bodies: BodyTable, row: NDArray[np.int64], boxes: SpeedBoxes, box: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Return which pairs of a vehicle's row and a box overlap, seen from above: no axis of either separates them."""
+    """Return which pairs of a vehicle's row and a box overlap in the plane: no axis of either separates them."""
     yaw = np.radians(bodies.rotation[row, 1])
     along = _unit(yaw)
     center, extent = bodies.center[row], bodies.extent[row]
@@ -54,5 +54,5 @@ def _unit(yaw: Floats) -> Floats:
 
 
 def _right(along: Floats) -> Floats:
-    """The axis a quarter turn clockwise from `along` (CARLA's y points right)."""
+    """Return the axis a quarter turn clockwise from `along` (CARLA's y points right)."""
     return np.stack((-along[:, 1], along[:, 0]), axis=1)

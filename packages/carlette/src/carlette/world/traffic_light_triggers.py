@@ -1,4 +1,4 @@
-"""Finds the traffic light at which each vehicle is."""
+"""Finds the traffic light of each vehicle in a trigger box."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from carlette.physics.vehicle_dynamics import Vehicles
 from carlette.world.traffic_lights import Color, Lights
 
 PROBES = np.array([1.0, 0.5, 0.0, -0.5, -1.0])
-"""Points along a vehicle, in half lengths, that may lie in a trigger box."""
+"""Points along a vehicle, in half lengths, that may lie in a trigger box. Ours."""
 NEAR_M = 20.0
-"""Boxes further away in x or y are not examined (m)."""
+"""Distance in x or y beyond which boxes are not examined (m). Ours."""
 
 
 def watch_lights(bodies: BodyTable, fleet: Vehicles, lights: Lights) -> None:
@@ -43,7 +43,7 @@ def watch_lights(bodies: BodyTable, fleet: Vehicles, lights: Lights) -> None:
 def _inside(
     bodies: BodyTable, row: NDArray[np.int64], lights: Lights, light: NDArray[np.int64], gap: tuple[Floats, Floats]
 ) -> NDArray[np.bool_]:
-    """Which of the pairs of a vehicle's row and a light, `gap` apart in x and y, touch."""
+    """Return which pairs of a vehicle's row and a light, `gap` apart in x and y, touch."""
     yaw = np.radians(bodies.rotation[row, 1])
     reach = bodies.extent[row, :1] * PROBES
     x = gap[0][:, None] + reach * np.cos(yaw)[:, None]

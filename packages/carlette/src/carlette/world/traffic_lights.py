@@ -1,4 +1,4 @@
-"""Traffic lights: the phases of each junction, their times, and what clients set by hand."""
+"""Traffic lights: the phases of each junction, their times, and colors that clients set by hand."""
 
 from __future__ import annotations
 
@@ -15,10 +15,16 @@ from carlette.physics.bodies import BodyTable
 from carlette.physics.column_table import Table, flags, indices, numbers
 
 GREEN_S = 10.0
+"""Duration of green (s). As in CARLA."""
 YELLOW_S = 3.0
+"""Duration of yellow (s). As in CARLA."""
 RED_S = 2.0
+"""Duration of red (s). As in CARLA."""
 RED_ALONE_S = 10.0
-"""Duration of red for a light that no controller names: it does not wait for another light's green (s)."""
+"""Duration of red for a light without a controller (s).
+
+Such a light does not wait for another light's green.
+"""
 
 
 class Color(IntEnum):
@@ -32,21 +38,24 @@ class Color(IntEnum):
 
 
 STAGES = (Color.GREEN, Color.YELLOW, Color.RED)
-"""The stages of a phase; the column of each in `Lights.times`."""
+"""The stages of a phase, in the order of the columns of `Lights.times`."""
 
 
 @dataclass
 class LightGroup:
-    """The lights of a junction; its phases turn green one after the other."""
+    """The lights of a junction. Its phases turn green one after the other."""
 
     phases: list[list[int]]
-    """Indices of the lights with green together."""
+    """Indices of the lights that are green together."""
     red_s: float = RED_S
     phase: int = 0
+    """Index of the present phase."""
     stage: int = 0
+    """Index of the present stage in `STAGES`."""
     elapsed_s: float = 0.0
+    """Time since the start of the stage (s)."""
     due_s: float | None = None
-    """How long the stage lasts: the longest time of the phase's lights; None = to be looked up."""
+    """Duration of the stage: the longest time of the phase's lights (s); None = to be looked up."""
 
 
 @dataclass
@@ -54,35 +63,37 @@ class Lights(Table):
     """One row for each traffic light."""
 
     row: NDArray[np.int64] = field(default_factory=indices())
-    """The light's row in `BodyTable`."""
+    """Row of the light in `BodyTable`."""
     group: NDArray[np.int64] = field(default_factory=indices())
     color: NDArray[np.int64] = field(default_factory=indices())
     elapsed: Floats = field(default_factory=numbers())
-    """Seconds since the colour changed."""
+    """Time since the color changed (s)."""
     times: Floats = field(default_factory=numbers(3))
-    """Seconds of green, yellow and red."""
+    """Times of green, yellow and red (s)."""
     frozen: NDArray[np.bool_] = field(default_factory=flags())
     by_hand: NDArray[np.bool_] = field(default_factory=flags())
-    """True if a client set the colour: it stays for that colour's time, then the group controls the light again."""
+    """True if a client set the color. It stays for that color's time, then the group controls the light again."""
     center: Floats = field(default_factory=numbers(3))
-    """Trigger box, world frame."""
+    """Center of the trigger box, world frame (m)."""
     ahead: Floats = field(default_factory=numbers(2))
+    """Unit vector ahead of the trigger box."""
     extent: Floats = field(default_factory=numbers(3))
+    """Half sizes of the trigger box (m)."""
 
 
 class Signals:
-    """All traffic lights of the world and the groups they belong to."""
+    """All traffic lights of the world and their groups."""
 
     def __init__(self) -> None:
         self.lights = Lights()
         self.groups: list[LightGroup] = []
         self._is_news = True
-        """True if anything but the time has changed since it was last published."""
+        """True if anything but the time has changed since the last publication."""
         self._is_held = False
-        """True if a light may be set by hand; checked first, because scanning the column costs more."""
+        """True if a light may be set by hand. It is checked first, because scanning the column costs more."""
 
     def form_groups(self, turns: list[SignalPhase], random: Random) -> None:
-        """Groups the lights by their turns; each group starts in a phase drawn at random."""
+        """Group the lights by their turns; each group starts in a phase drawn at random."""
         by_group: dict[str, dict[int, list[int]]] = {}
         for index, turn in enumerate(turns):
             by_group.setdefault(turn.group, {}).setdefault(turn.phase, []).append(index)
@@ -96,7 +107,7 @@ class Signals:
         self.reset(range(len(self.groups)), keep_phase=True)
 
     def reset(self, numbers_: range | list[int], keep_phase: bool = False) -> None:
-        """Restart groups: the first phase turns green, all others red; times are as at the start."""
+        """Restart groups: the first phase turns green, all others red; times are those of the start."""
         lights = self.lights
         for number in numbers_:
             group = self.groups[number]
@@ -109,18 +120,18 @@ class Signals:
                 self._paint(index, Color.GREEN if index in group.phases[group.phase] else Color.RED)
 
     def set_color(self, index: int, color: Color) -> None:
-        """Sets a light by hand."""
+        """Set a light by hand."""
         self._paint(index, color)
         self.lights.by_hand[index] = self._is_held = True
 
     def set_time(self, index: int, stage: Color, seconds: float) -> None:
-        """Sets how long a light stays green, yellow or red."""
+        """Set the time for which a light stays green, yellow or red."""
         self.lights.times[index, STAGES.index(stage)] = seconds
         self._is_news = True
         self.groups[self.lights.group[index]].due_s = None
 
     def freeze(self, frozen: bool, index: int | None = None) -> None:
-        """Stops or restarts the clock of all lights, or of the group of one."""
+        """Stop or restart the clock of all lights, or of the group of one."""
         lights = self.lights
         self._is_news = True
         if index is None:
@@ -129,7 +140,7 @@ class Signals:
             lights.frozen[lights.group == lights.group[index]] = frozen
 
     def members(self, index: int) -> list[int]:
-        """The lights of the same group."""
+        """Return the lights of the same group."""
         return [item for phase in self.groups[self.lights.group[index]].phases for item in phase]
 
     def step(self, bodies: BodyTable, dt: float) -> None:
@@ -148,7 +159,7 @@ class Signals:
         self.publish(bodies)
 
     def publish(self, bodies: BodyTable) -> None:
-        """Writes colours and times into the records."""
+        """Write colors and times into the records."""
         lights, record = self.lights, bodies.record
         record["elapsed"][lights.row] = lights.elapsed
         if not self._is_news:

@@ -42,7 +42,7 @@ class Drivers(Protocol):
 
 @dataclass(frozen=True)
 class Collision:
-    """What a collision sensor reports: the two actors, and the impulse on the first (N·s)."""
+    """Data of a collision sensor: the two actors, and the impulse on the first (N·s)."""
 
     sensor_id: int
     actor_id: int
@@ -51,7 +51,7 @@ class Collision:
 
 
 class World:
-    """Everything that a snapshot shows. `tick` is a pure function of the state: no clock, no hidden randomness."""
+    """Content of a snapshot. `tick` is a pure function of the state: it uses no clock and no hidden randomness."""
 
     def __init__(self, roads: RoadNetwork, seed: int = 0, first_id: int = 1) -> None:
         self.roads = roads
@@ -66,14 +66,14 @@ class World:
         self.surface = Surface()
         self.doors = OpenDoors()
         self.ackermanns: dict[int, Ackermann] = {}
-        """The Ackermann controllers of the vehicles that ever had one, by id."""
+        """Ackermann controllers by vehicle id."""
         self.signals = Signals()
         self.actors: dict[int, Actor] = {}
         self.collisions: list[Collision] = []
         self.contacts: list[Contact] = []
         """The collisions of the last tick."""
         self.traffic: Drivers | None = None
-        """What drives cars from inside the world, as in forks (`carlette.traffic.Traffic`); None if only clients do."""
+        """Drivers of cars inside the world, as in forks (`carlette.traffic.Traffic`); None if only clients drive."""
         self._next_id = first_id
         self.spectator = self.enter(SPECTATOR, ActorKind.OTHER, Pose(), Box(Vector(), Vector()))
         self._install_signals(Random(seed))
@@ -85,23 +85,23 @@ class World:
 
     @property
     def next_id(self) -> int:
-        """The id that the next actor will have."""
+        """Id of the next actor."""
         return self._next_id
 
     @property
     def roster(self) -> tuple[int, int]:
-        """Changes whenever an actor comes or goes."""
+        """Value that changes when an actor is added or removed."""
         return len(self.actors), self._next_id
 
     def fork(self) -> World:
         """Return an independent world in the same state: with the same commands it develops identically, bit for bit.
 
-        It needs no server: `tick` advances it. Only the map, which never changes, is shared.
+        It requires no server: `tick` advances it. Only the map, which never changes, is shared.
         """
         return fork(self)
 
     def actor(self, actor_id: int, method: str) -> Actor:
-        """Return the actor with an id; `method` is named in the `UnknownActorError` raised if there is none."""
+        """Return the actor with an id; an `UnknownActorError` names `method`."""
         found = self.actors.get(actor_id)
         if found is None:
             raise UnknownActorError(actor_id, method)
@@ -119,7 +119,7 @@ class World:
         return actor
 
     def remove(self, actor_id: int) -> bool:
-        """Remove an actor from the world; False if there is none."""
+        """Remove an actor from the world; return False if there is none."""
         actor = self.actors.pop(actor_id, None)
         if actor is None:
             return False
@@ -138,7 +138,7 @@ class World:
         return True
 
     def _let_go(self, parent_id: int) -> None:
-        """Detach what was attached to an actor: as in Unreal, it stays where it is and keeps its parent's id."""
+        """Detach the children of an actor. As in Unreal, they stay where they are and keep their parent's id."""
         for child in self.actors.values():
             if child.parent_id == parent_id and child.attached is not None:
                 child.attached = None
@@ -155,15 +155,15 @@ class World:
             table.row[table.row > gone.row] -= 1
 
     def pose(self, actor: Actor) -> Pose:
-        """Where an actor is."""
+        """Return the pose of an actor."""
         return self.bodies.pose(actor.row)
 
     def teleport(self, actor: Actor, pose: Pose) -> None:
-        """Move an actor (an attached one: in its parent's frame); its velocity is unchanged."""
+        """Move an actor (an attached one in its parent's frame); its velocity is unchanged."""
         if actor.attached is not None:
             actor.attached = pose
             return
-        self.bodies.place(actor.row, pose)
+        self.bodies.set_pose(actor.row, pose)
         if actor.surface >= 0:
             self.surface.looked[actor.surface] = np.inf
         if actor.kind is ActorKind.PROP:
@@ -185,7 +185,7 @@ class World:
         before = bodies.velocity.copy()
         self.signals.step(bodies, dt)
         if len(self.surface):
-            self.surface.look(bodies, self.roads)
+            self.surface.update(bodies, self.roads)
         if len(self.fleet):
             self._steer_by_ackermann(dt)
             self.fleet.step(bodies, dt)
@@ -255,7 +255,7 @@ class World:
             if actor.attached is not None:
                 parent = self.actors.get(actor.parent_id)
                 if parent is not None:
-                    self.bodies.place(actor.row, self.pose(parent).compose(actor.attached))
+                    self.bodies.set_pose(actor.row, self.pose(parent).compose(actor.attached))
                     self.bodies.velocity[actor.row] = self.bodies.velocity[parent.row]
 
     def _install_signals(self, random: Random) -> None:

@@ -1,4 +1,4 @@
-"""All actors that a run spawns. Per tick, one snapshot is read and one batch of commands is sent for all of them."""
+"""All actors that a run spawns. Each tick has one snapshot and one batch of commands for all of them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ import carla
 LIFT_M = 0.2
 """Vehicles are spawned slightly above the road, as in CARLA's own scenarios."""
 DEPOT_M, DEPOT_SPACING_M, DEPOT_DEPTH_M = 1500.0, 20.0, 100.0
-"""Staged actors wait below the ground and far away, so that no sensor sees them."""
+"""Position of staged actors: distance, spacing and depth below the ground (m). There no sensor detects them. Ours."""
 
 
 class CastError(RuntimeError):
@@ -34,7 +34,7 @@ class ScenarioActor:
     half_width_m: float
     half_height_m: float
     middle_m: tuple[float, float] = (0.0, 0.0)
-    """Centre of the box relative to the actor's origin: forward, right (m)."""
+    """Center of the box relative to the actor's origin: forward, right (m)."""
     is_staged: bool = False
 
     @property
@@ -82,7 +82,7 @@ class ActorPool:
         """
         self.hero_member = _member(hero, hero.bounding_box)
 
-    def look(self) -> None:
+    def take_snapshot(self) -> None:
         """Take this tick's snapshot and discard the states of the last one."""
         self._snapshot = self._world.get_snapshot()
         self._states.clear()
@@ -113,7 +113,7 @@ class ActorPool:
         return known
 
     def knows(self, blueprint: str) -> bool:
-        """Return True if the blueprint library has this blueprint."""
+        """Return True if the blueprint library contains this blueprint."""
         return blueprint in self._ids
 
     def kinds(self, **attributes: str) -> tuple[str, ...]:
@@ -142,7 +142,7 @@ class ActorPool:
         lift_m: float = LIFT_M,
         **attributes: str,
     ) -> ScenarioActor | None:
-        """Spawn an actor `lift_m` above a pose. Returns None if the place is occupied."""
+        """Spawn an actor `lift_m` above a pose. Returns None if the position is occupied."""
         definition = self._library.find(blueprint)
         definition.set_attribute("role_name", role)
         for name, value in attributes.items():
@@ -152,17 +152,15 @@ class ActorPool:
         return None if actor is None else self._enter(actor, place)
 
     def must_spawn(self, blueprint: str, transform: carla.Transform, **options: Any) -> ScenarioActor:
-        """Spawn an actor like `spawn`. Raises `CastError` if the place is occupied."""
+        """Spawn an actor like `spawn`. Raises `CastError` if the position is occupied."""
         member = self.spawn(blueprint, transform, **options)
         if member is None:
             at = transform.location
-            raise CastError(
-                f"{blueprint} could not be spawned at ({at.x:.1f}, {at.y:.1f}): it is occupied; move the trigger point"
-            )
+            raise CastError(f"position occupied: {blueprint} at ({at.x:.1f}, {at.y:.1f}). Move the trigger point")
         return member
 
     def keep_below(self, blueprint: str, **options: Any) -> ScenarioActor:
-        """Spawn an actor that waits below the ground until `bring` places it. Raises `CastError`."""
+        """Spawn an actor that stays below the ground until `bring` places it. Raises `CastError`."""
         self._depot_places += 1
         place = carla.Location(DEPOT_M, DEPOT_SPACING_M * self._depot_places, -DEPOT_DEPTH_M)
         member = self.must_spawn(blueprint, carla.Transform(place), lift_m=0.0, **options)
@@ -171,7 +169,7 @@ class ActorPool:
         return member
 
     def bring(self, member: ScenarioActor, transform: carla.Transform, lift_m: float = LIFT_M) -> None:
-        """Move a staged actor to its place in the world and switch on its physics."""
+        """Move a staged actor to its position in the world and switch on its physics."""
         place = carla.Transform(_lifted(transform.location, lift_m), transform.rotation)
         self.send(carla.command.ApplyTransform(member.id, place))
         if not member.type_id.startswith("static."):
@@ -179,7 +177,7 @@ class ActorPool:
         member.is_staged = False
         self._states[member.id] = _pose_state(place)
 
-    def place(self, member: ScenarioActor, transform: carla.Transform) -> None:
+    def teleport(self, member: ScenarioActor, transform: carla.Transform) -> None:
         """Teleport an actor to a pose."""
         self.send(carla.command.ApplyTransform(member.id, transform))
         self._states[member.id] = _pose_state(transform)
@@ -189,7 +187,7 @@ class ActorPool:
         self.send(carla.command.ApplyVehicleControl(member.id, carla.VehicleControl(hand_brake=True, brake=1.0)))
 
     def walk(self, member: ScenarioActor, x: float, y: float, speed_mps: float) -> None:
-        """Let a walker go in direction (`x`, `y`) of the world frame until further notice; speed 0 stops it."""
+        """Let a walker go in direction (`x`, `y`) of the world frame until the next call; speed 0 stops it."""
         control = carla.WalkerControl(carla.Vector3D(x, y, 0.0), speed_mps, False)
         self.send(carla.command.ApplyWalkerControl(member.id, control))
 
@@ -213,8 +211,9 @@ class ActorPool:
                 self.send(carla.command.DestroyActor(member.id))
 
     def close(self) -> None:
-        """Destroy all actors. Errors are ignored because the server may already be gone."""
+        """Destroy all actors."""
         self.remove(list(self.members.values()))
+        # The server may already have ended, and then its actors are gone too.
         with contextlib.suppress(RuntimeError):
             self.flush()
 

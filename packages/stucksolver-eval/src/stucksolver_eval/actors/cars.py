@@ -1,10 +1,10 @@
 """Simulated cars: each follows a `LanePath` at a target speed and keeps a distance to the vehicle ahead.
 
 CARLA's TrafficManager is not used. It needs several calls to the server per tick, and a race in its wake-up would break
-the promise that the same seed gives the same run. Car following is the Intelligent Driver Model (Treiber, Hennecke,
-Helbing 2000) with a linear free-road term; steering is pure pursuit (Coulter 1992). A `constant` car holds its speed
-whatever is in its way, like the flows of CARLA's scenario_runner, until it has touched the hero. After that it drives
-like the others. The others give way to it at junctions.
+the reproducibility of a run from its seed. Car following is the Intelligent Driver Model (Treiber, Hennecke, Helbing
+2000) with a linear free-road term; steering is pure pursuit (Coulter 1992). A `constant` car holds its speed in spite
+of objects in its path, like the flows of CARLA's scenario_runner, until it has touched the hero. After that it drives
+like the others. The others yield to it at junctions.
 """
 
 from __future__ import annotations
@@ -24,46 +24,60 @@ from stucksolver_eval.actors.reservations import JunctionReservations
 from stucksolver_eval.actors.vehicle_control import BodyPedals, Steering
 
 HORIZON_M = 56.0
+"""Length of path ahead that is extended and checked for lights (m). Ours."""
 LEADERS_EVERY = 3
-"""Ticks between two searches for the leader; in between, its gap is extrapolated with the closing speed."""
+"""Ticks between two searches for the lead vehicle. In between, its gap is extrapolated with the closing speed. Ours."""
 MOST_MPS2 = 2.2
+"""Largest acceleration (m/s²), `a` of the IDM. Ours."""
 SOFT_MPS2 = 2.5
+"""Comfortable deceleration (m/s²), `b` of the IDM. Ours."""
 HARD_MPS2 = 8.0
+"""Largest deceleration (m/s²). Ours."""
 HEADWAY_S = 1.2
+"""Time headway (s), `T` of the IDM. Ours."""
 STAND_GAP_M = 4.0
+"""Gap to a stopped lead vehicle (m). Ours."""
 STOP_LINE_GAP_M = 1.5
+"""Distance between the front bumper and a stop line (m). Ours."""
 _YELLOW_MPS2 = 3.0
+"""Deceleration up to which a car stops at a yellow light (m/s²). Ours."""
 _CLAIM_M = 10.0
+"""Distance at which a car reserves a junction, in addition to its braking distance (m). Ours."""
 _PRESSES_S = 6.0
-"""A constant car reserves a junction this long before it arrives; nobody else may enter then."""
+"""Time before its arrival at which a constant car reserves a junction (s).
+
+No other car may enter from then on. Ours.
+"""
 _LIGHT_WITHIN_M = 3.0
-"""A stop line may be this far inside its junction."""
+"""Largest distance of a stop line inside its junction (m). Ours."""
 _TOUCH_M = 0.05
+"""Distance of two boxes that counts as contact (m). Ours."""
 _SPEED_GAIN = 1.2
+"""Gain of the free-road term (1/s). Ours."""
 _LOW_M = 0.4
-"""Lower objects are driven over."""
+"""Height up to which objects are driven over (m). Ours."""
 
 
 @dataclass(eq=False)
 class Car:
-    """One car. Its owner may change the target speed and the flags at any time. Arc lengths `s` are in metres."""
+    """One car. Its owner may change the target speed and the flags at any time. Arc lengths `s` are in meters."""
 
     member: ScenarioActor
     path: LanePath
     steering: Steering
     wish_mps: float
-    """Target speed (m/s); at 0 the car brakes and waits."""
+    """Target speed (m/s). At 0 the car brakes and waits."""
     brakes_hard: bool = False
-    """With a target speed of 0: brake as in an emergency."""
+    """True if the car brakes as in an emergency when its target speed is 0."""
     constant: bool = False
     obeys_lights: bool = True
     yields: bool = True
-    """Reacts to vehicles ahead and in the junction."""
+    """True if the car reacts to vehicles ahead and in the junction."""
     stand_gap_m: float = STAND_GAP_M
     start_road: int = 0
     """Id of the road on which its path starts."""
     number: int = 0
-    """Number of cars that started before it; unlike the actor's id, it is the same in every run."""
+    """Number of cars that started before this one. Unlike the actor's id, it is the same in every run."""
     hit_hero: bool = False
     s: float = 0.0
     state: ActorState = field(default_factory=lambda: ActorState(0, 0, 0, 0, 0, 0, 0))
@@ -73,17 +87,17 @@ class Car:
 
     @property
     def done(self) -> bool:
-        """True if it has reached the end of its path."""
+        """True if the car has reached the end of its path."""
         return self.path.ended and self.path.s[-1] - self.s < 1.0
 
     @property
     def speed_mps(self) -> float:
-        """Speed along its heading (m/s)."""
+        """Speed along the car's heading (m/s)."""
         return self.state.speed_mps
 
     @property
     def in_junction(self) -> bool:
-        """True if any part of it is in a junction of its path."""
+        """True if any part of the car is in a junction of its path."""
         half = self.member.half_length_m
         return any(c.enter_s - half < self.s < c.leave_s + half for c in self.path.crossings)
 
@@ -112,7 +126,7 @@ class SimulatedCars:
         wish_mps: float,
         *,
         constant: bool = False,
-        onward: Chooser | None = None,
+        lane_chooser: Chooser | None = None,
         ends: bool = False,
         offset_m: float = 0.0,
         merge: tuple[float, float] = (0.0, 0.0),
@@ -125,11 +139,11 @@ class SimulatedCars:
         With `begin` it starts at its target speed, otherwise from rest.
         """
         waypoints = list(start) if isinstance(start, Sequence) else [start]
-        path = LanePath(waypoints, onward, offset_m, merge, ends, self.stops)
+        path = LanePath(waypoints, lane_chooser, offset_m, merge, ends, self.stops)
         path.grow(HORIZON_M)
         steering = self._steering.get(member.type_id)
         if steering is None:
-            steering = self._steering[member.type_id] = Steering.of(member.actor, member.half_length_m)
+            steering = self._steering[member.type_id] = Steering.from_vehicle(member.actor, member.half_length_m)
         car = Car(
             member,
             path,
@@ -149,20 +163,20 @@ class SimulatedCars:
         return car
 
     def redirect(self, car: Car, start: Any, merge: tuple[float, float] = (0.0, 0.0), **path: Any) -> None:
-        """Give a car another path. `merge` says how it moves over to it; see `LanePath`."""
+        """Give a car another path. `merge` describes the transition; see `LanePath`."""
         car.path = LanePath([start], merge=merge, stops=self.stops, **path)
         car.path.grow(HORIZON_M)
         self.claims.drop(car)
 
     def change_lane(self, car: Car, onto: Any, over_m: float) -> None:
-        """Change to the lane of the waypoint `onto`, which is beside the car, within `over_m` metres."""
+        """Change to the lane of the waypoint `onto`, which is adjacent to the car, within `over_m` meters."""
         place, yaw = onto.transform.location, math.radians(onto.transform.rotation.yaw)
         here = car.state
         right_m = -(here.x - place.x) * math.sin(yaw) + (here.y - place.y) * math.cos(yaw)
         self.redirect(car, onto, (right_m, over_m))
 
     def let_go(self, car: Car) -> None:
-        """Stop controlling a car. It keeps its last control; a constant velocity is switched off."""
+        """Stop the control of a car. It keeps its last control; a constant velocity is switched off."""
         self._cars.pop(car.member.id, None)
         self.claims.drop(car)
         if car.constant:
@@ -182,7 +196,7 @@ class SimulatedCars:
             car.member.actor.disable_constant_velocity()
 
     def slow(self, car: Car, speed_mps: float) -> None:
-        """Set a car's target speed (m/s); a constant car has it at once."""
+        """Set a car's target speed (m/s). A constant car has it immediately."""
         if car.constant and car.wish_mps != speed_mps:
             car.member.actor.enable_constant_velocity(carla.Vector3D(speed_mps, 0.0, 0.0))
         car.wish_mps = speed_mps
@@ -224,7 +238,7 @@ class SimulatedCars:
             find_leaders(cars, bodies)
 
     def _press_on(self, car: Car) -> None:
-        """Reserve the junctions that a constant car will soon pass, because it will not brake for others."""
+        """Reserve the junctions that a constant car will soon enter, because it does not brake for others."""
         front, rear = car.s + car.member.half_length_m, car.s - car.member.half_length_m
         for crossing in car.path.crossings:
             if crossing.leave_s < rear - 1.0:
@@ -256,7 +270,7 @@ class SimulatedCars:
         self._cast.send(carla.command.ApplyVehicleControl(car.member.id, control))
 
     def _steer(self, car: Car, speed: float) -> float:
-        """Pure pursuit from the rear axle."""
+        """Return the steering by pure pursuit from the rear axle."""
         state, steering = car.state, car.steering
         back = steering.wheelbase_m / 2.0
         cos, sin = math.cos(state.yaw_rad), math.sin(state.yaw_rad)
@@ -268,7 +282,7 @@ class SimulatedCars:
         return steering.steer(2.0 * lateral / max(dx * dx + dy * dy, 4.0), abs(speed))
 
     def _acceleration(self, car: Car, speed: float) -> float:
-        """Return the acceleration (m/s²): IDM behind the leader, and towards stop lines."""
+        """Return the acceleration (m/s²): IDM behind the leader, and toward stop lines."""
         wish = min(car.wish_mps, car.path.speed_limit())
         if wish < 0.1:
             brake = HARD_MPS2 if car.brakes_hard else SOFT_MPS2
@@ -284,7 +298,7 @@ class SimulatedCars:
         return max(wanted, -HARD_MPS2)
 
     def _stop_in(self, car: Car, speed: float) -> float | None:
-        """Return the distance from the bumper to where it must stop (m): a light, or a junction that is not free."""
+        """Return the distance from the bumper to the stop point (m): a light, or a junction that is not free."""
         front = car.s + car.member.half_length_m + STOP_LINE_GAP_M
         found: list[float] = []
         if car.obeys_lights:

@@ -1,4 +1,4 @@
-"""The path that a simulated car follows: lane centres, extended as it drives, with its junctions and traffic lights."""
+"""The path that a simulated car follows: lane centers, extended as it drives, with its junctions and traffic lights."""
 
 from __future__ import annotations
 
@@ -10,15 +10,18 @@ if TYPE_CHECKING:
     import carla
 
 STEP_M = 2.0
+"""Distance between path points (m). Ours."""
 _LATERAL_MPS2 = 2.5
+"""Lateral acceleration in bends (m/s²). Ours."""
 _SLOWING_MPS2 = 2.0
+"""Deceleration before bends (m/s²). Ours."""
 
 Chooser = Callable[[Sequence[Any]], Any]
-"""Picks one of the `carla.Waypoint`s that follow a lane."""
+"""Selects one of the `carla.Waypoint`s that follow a lane."""
 
 
 class JunctionSpan(NamedTuple):
-    """A junction on the path: its id, and where the path enters and leaves it (arc length, m)."""
+    """A junction on the path: its id, and the arc lengths at which the path enters and leaves it (m)."""
 
     junction: int
     enter_s: float
@@ -55,12 +58,12 @@ def stop_lines(lights: Sequence[carla.TrafficLight]) -> StopLines:
 
 
 class LanePath:
-    """A path along lane centres that starts at a waypoint. World frame of CARLA; metres and radians.
+    """A path along lane centers that starts at a waypoint. World frame of CARLA; meters and radians.
 
     Args:
-        waypoints: The path runs through these first.
-        onward: Chooses the lane at forks; straight on by default.
-        offset_m: Shifts the path to the right of the lane's centre.
+        waypoints: First waypoints of the path.
+        lane_chooser: Chooses the lane at forks; straight on by default.
+        offset_m: Shifts the path to the right of the lane's center.
         merge: (offset, length): the path starts with this offset to the right, and reaches `offset_m` within `length`.
         ends: True if the path ends at the last of `waypoints`; otherwise it ends where the lanes end.
         stops: Stop points of traffic lights.
@@ -69,13 +72,13 @@ class LanePath:
     def __init__(
         self,
         waypoints: Sequence[carla.Waypoint],
-        onward: Chooser | None = None,
+        lane_chooser: Chooser | None = None,
         offset_m: float = 0.0,
         merge: tuple[float, float] = (0.0, 0.0),
         ends: bool = False,
         stops: StopLines | None = None,
     ) -> None:
-        self._onward = onward or straightest
+        self._lane_chooser = lane_chooser or straightest
         self._offset_m, self._merge = offset_m, merge
         self._stops = stops or {}
         self._last = waypoints[0]
@@ -117,13 +120,13 @@ class LanePath:
         return self.s[i] + (x - self.x[i]) * math.cos(self.yaw[i]) + (y - self.y[i]) * math.sin(self.yaw[i])
 
     def grow(self, until_s: float) -> None:
-        """Extend the path to this arc length (m), if the lanes go that far."""
+        """Extend the path to this arc length (m), if the lanes are long enough."""
         while not self._ended and self.s[-1] < until_s:
             options = self._last.next(STEP_M)
             if not options:
                 self._ended = True
                 return
-            self._append(options[0] if len(options) == 1 else self._onward(options))
+            self._append(options[0] if len(options) == 1 else self._lane_chooser(options))
 
     def point(self, s: float) -> tuple[float, float]:
         """Return the position at an arc length (m); it is extrapolated straight beyond the ends."""
@@ -208,7 +211,7 @@ def straightest(options: Sequence[carla.Waypoint]) -> carla.Waypoint:
 
 
 def _turn(waypoint: carla.Waypoint) -> float:
-    onward = waypoint.next(10.0)
-    if not onward:
+    ahead = waypoint.next(10.0)
+    if not ahead:
         return 180.0
-    return abs(math.remainder(onward[0].transform.rotation.yaw - waypoint.transform.rotation.yaw, 360.0))
+    return abs(math.remainder(ahead[0].transform.rotation.yaw - waypoint.transform.rotation.yaw, 360.0))

@@ -1,4 +1,4 @@
-"""Finds the vehicle ahead of a car on its path, and checks whether two vehicles touch."""
+"""Finds the lead vehicle of a car on its path, and checks whether two vehicles touch."""
 
 from __future__ import annotations
 
@@ -16,21 +16,23 @@ if TYPE_CHECKING:
     from stucksolver_eval.actors.cars import Car
 
 LOOK_POINTS = 24
-"""Number of path points, 2 m apart, that are searched for a leader."""
+"""Number of path points, 2 m apart, that are searched for a lead vehicle. Ours."""
 _SIDE_M = 0.3
+"""Lateral clearance below which an object blocks the path (m). Ours."""
 _SAME_LEVEL_M = 4.0
+"""Largest difference in height of objects on the same road (m). Ours."""
 
 Array = NDArray[np.float64]
 
 
 class Leader(NamedTuple):
-    """The nearest body on a car's path: bumper gap (m), and its speed along the path (m/s)."""
+    """The nearest object on a car's path: bumper gap (m), and its speed along the path (m/s)."""
 
     gap_m: float
     speed_mps: float
 
     def after(self, dt_s: float, own_mps: float) -> Leader:
-        """Return the leader `dt_s` later, at constant speeds."""
+        """Return the lead vehicle `dt_s` later, at constant speeds."""
         return Leader(self.gap_m + (self.speed_mps - own_mps) * dt_s, self.speed_mps)
 
 
@@ -49,7 +51,7 @@ def boxes_touch(actor: ScenarioActor, at: ActorState, other: ScenarioActor, ther
 
 
 def _middle(member: ScenarioActor, state: ActorState) -> tuple[float, float]:
-    """Return the centre of a body's box in CARLA's world frame (m)."""
+    """Return the center of a body's box in CARLA's world frame (m)."""
     ahead, right = member.middle_m
     cos, sin = math.cos(state.yaw_rad), math.sin(state.yaw_rad)
     return state.x + ahead * cos - right * sin, state.y + ahead * sin + right * cos

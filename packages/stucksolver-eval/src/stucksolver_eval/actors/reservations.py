@@ -13,7 +13,9 @@ if TYPE_CHECKING:
     from stucksolver_eval.actors.cars import Car
 
 _APART_M = 3.0
+"""Distance below which two paths conflict (m). Ours."""
 _SAME_ENTRY_M = 2.0
+"""Distance of two entries below which the cars follow each other (m). Ours."""
 
 Way = NDArray[np.float64]
 
@@ -70,6 +72,6 @@ def _meet(first: Way, second: Way) -> bool:
     if not len(first) or not len(second):
         return False
     if float(np.hypot(*(first[0] - second[0]))) < _SAME_ENTRY_M:
-        return False  # one behind the other
+        return False  # the cars follow each other
     apart = first[:, None, :] - second[None, :, :]
     return bool((apart[..., 0] ** 2 + apart[..., 1] ** 2).min() < _APART_M**2)

@@ -12,17 +12,28 @@ if TYPE_CHECKING:
     import carla
 
 _SLIP_SHARE = 0.72
-"""Curvature that a car reaches, as a share of that of a bicycle model without slip: CARLA's cars turn wider."""
+"""Curvature of a car as a share of that of a bicycle model without slip: CARLA's cars turn wider.
+
+Ours, from carlette.
+"""
 _WHEELBASE_PER_LENGTH = 0.6
+"""Wheelbase as a share of the length, for vehicles without wheel positions. Ours."""
 
 
 class BodyPedals:
-    """Tracks a target acceleration with a PI controller on the resulting speed; its gains also suit weak engines."""
+    """Tracks a target acceleration with a PI controller on the resulting speed.
+
+    Its gains also suit weak engines. Ours.
+    """
 
     _FULL_THROTTLE_MPS2, _FULL_BRAKE_MPS2 = 5.5, 9.0
+    """Acceleration at full throttle, and deceleration at full brake (m/s²), for the feedforward term."""
     _GAIN_P, _GAIN_I = 0.35, 0.3
+    """Gains of the speed error (s/m) and of its integral (1/m)."""
     _MOST_LAG_MPS, _MOST_INTEGRAL_M = 1.0, 3.0
+    """Largest lag of the target speed (m/s), and largest integral of the speed error (m). Both limit windup."""
     _STANDING_MPS = 0.08
+    """Speed below which a braking vehicle counts as stopped (m/s)."""
 
     def __init__(self) -> None:
         self._reference_mps = 0.0
@@ -55,8 +66,8 @@ class Steering:
     curve_share: tuple[float, ...]
 
     @staticmethod
-    def of(vehicle: carla.Vehicle, half_length_m: float) -> Steering:
-        """Read the steering of a vehicle from its physics control; this queries the server."""
+    def from_vehicle(vehicle: carla.Vehicle, half_length_m: float) -> Steering:
+        """Return the steering of a vehicle from its physics control. This queries the server."""
         physics = vehicle.get_physics_control()
         lock_deg = max((abs(wheel.max_steer_angle) for wheel in physics.wheels), default=70.0) or 70.0
         curve = sorted((point.x / 3.6, point.y) for point in physics.steering_curve) or [(0.0, 1.0)]

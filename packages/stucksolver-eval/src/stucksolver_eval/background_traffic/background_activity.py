@@ -24,21 +24,26 @@ if TYPE_CHECKING:
 EVERY = 5
 """Ticks between two updates of spawning, removal and speeds."""
 _CLAIM_M = 8.0
+"""Distance to a junction from which the hero's path is reserved (m). Ours."""
 _CLAIM_MPS = 1.0
+"""Speed of the hero from which its path is reserved (m/s). Ours."""
 
 
 class Background:
-    """All background traffic. Call `populate` once and `tick` after every tick; the rest are hooks for scenarios."""
+    """All background traffic.
+
+    Call `populate` once and `tick` after every tick. The other methods are hooks for scenarios.
+    """
 
     def __init__(self, setting: ScenarioContext, empty: bool = False) -> None:
         """With `empty` there is no traffic, and the hooks have no effect."""
         self._setting, self._empty = setting, empty
-        self._seen = EgoSnapshot(setting)
+        self._ego = EgoSnapshot(setting)
         self._junctions = route_junctions(setting.route)
         self._ticks = 0
-        self.road = RoadTraffic(self._seen)
-        self.oncoming = OncomingTraffic(self._seen)
-        self.crossing = CrossingTraffic(self._seen)
+        self.road = RoadTraffic(self._ego)
+        self.oncoming = OncomingTraffic(self._ego)
+        self.crossing = CrossingTraffic(self._ego)
 
     def populate(self) -> None:
         """Spawn the first cars around the hero."""
@@ -62,7 +67,7 @@ class Background:
         for car in self.crossing.hand_over():
             self.road.adopt(car)
 
-    # Hooks for scenarios.
+    # Hooks for scenarios
 
     def leave_space_in_front(self, space_m: float) -> None:
         """Move the cars ahead forward, so that the nearest is at least `space_m` away."""
@@ -81,12 +86,18 @@ class Background:
         self.road.cap_mps = self.oncoming.cap_mps = speed_mps
 
     def change_road_behavior(self, spawn_m: float | None = None, extra_space_m: float | None = None) -> None:
-        """Set the spacing of new cars behind the hero, and extra distance for cars ahead; None is the default."""
+        """Set the spacing of new cars behind the hero, and the extra distance for cars ahead.
+
+        None restores the default.
+        """
         self.road.spacing_m = self.road.SPACING_M if spawn_m is None else spawn_m
         self.road.extra_space_m = 0.0 if extra_space_m is None else extra_space_m
 
     def change_opposite_behavior(self, active: bool = True, spawn_m: float | None = None) -> None:
-        """Switch new oncoming traffic on or off (existing cars drive on), and set its spacing; None is the default."""
+        """Switch new oncoming traffic on or off (existing cars drive on), and set its spacing.
+
+        None restores the default.
+        """
         self.oncoming.active = active
         self.oncoming.spacing_m = self.oncoming.SPACING_M if spawn_m is None else spawn_m
 
@@ -103,7 +114,7 @@ class Background:
         stop_entries: bool = True,
         extend_exit_m: float = 0.0,
     ) -> None:
-        """Make room at the hero's next junction for a scenario's own traffic.
+        """Clear the hero's next junction for a scenario's own traffic.
 
         Args:
             clear_middle: Remove cars inside the junction.
@@ -111,7 +122,7 @@ class Background:
             remove_entries: Waypoints of entry roads to clear.
             remove_exits: Waypoints of exit roads to clear.
             stop_entries: Spawn no new cars on the other entries.
-            extend_exit_m: Keep this much of the hero's exit free (m).
+            extend_exit_m: Length of the hero's exit to keep free (m).
         """
         self.crossing.quiet(clear_middle, {w.road_id for w in (*remove_entries, *remove_exits)}, stop_entries)
         if clear_ego_entry:
@@ -148,21 +159,21 @@ class Background:
         self.oncoming.keep_off(x, y)
 
     def _look(self, hero_s_m: float) -> None:
-        seen, setting = self._seen, self._setting
-        seen.index, seen.s_m = setting.route.index_at(hero_s_m), hero_s_m
-        seen.speed_mps = setting.cast.hero.speed_mps
-        seen.limit_mps = max(setting.hero.get_speed_limit(), 10.0) / 3.6
-        seen.junction = next((junction for junction in self._junctions if junction.last >= seen.index), None)
-        seen.junction_in_m = math.inf
-        if seen.junction is not None:
-            seen.junction_in_m = max(float(setting.route.s_m[seen.junction.first]) - hero_s_m, 0.0)
+        ego, setting = self._ego, self._setting
+        ego.index, ego.s_m = setting.route.index_at(hero_s_m), hero_s_m
+        ego.speed_mps = setting.cast.hero.speed_mps
+        ego.limit_mps = max(setting.hero.get_speed_limit(), 10.0) / 3.6
+        ego.junction = next((junction for junction in self._junctions if junction.last >= ego.index), None)
+        ego.junction_in_m = math.inf
+        if ego.junction is not None:
+            ego.junction_in_m = max(float(setting.route.s_m[ego.junction.first]) - hero_s_m, 0.0)
 
     def _claim_for_hero(self) -> None:
-        """Reserve the hero's path through a junction once it is about to enter, so that our cars give way."""
-        seen, claims = self._seen, self._setting.cars.claims
-        junction = seen.junction
-        coming = seen.junction_in_m < _CLAIM_M and seen.speed_mps > _CLAIM_MPS
-        if junction is None or not (seen.junction_in_m == 0.0 or coming):
+        """Reserve the hero's path through a junction that it is about to enter, so that the other cars yield."""
+        ego, claims = self._ego, self._setting.cars.claims
+        junction = ego.junction
+        coming = ego.junction_in_m < _CLAIM_M and ego.speed_mps > _CLAIM_MPS
+        if junction is None or not (ego.junction_in_m == 0.0 or coming):
             claims.hero(None, None)
             return
-        claims.hero(junction.number, self._setting.route.xyz[max(seen.index - 2, 0) : junction.last + 1, :2])
+        claims.hero(junction.number, self._setting.route.xyz[max(ego.index - 2, 0) : junction.last + 1, :2])

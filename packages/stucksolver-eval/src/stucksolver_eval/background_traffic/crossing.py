@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from stucksolver_eval.actors import Car
 from stucksolver_eval.background_traffic.ego_snapshot import EgoSnapshot
-from stucksolver_eval.background_traffic.lanes import RouteJunction, back, beside, entries, slots
+from stucksolver_eval.background_traffic.lanes import RouteJunction, adjacent_lane, back, entries, slots
 
 if TYPE_CHECKING:
     import carla
@@ -24,20 +24,32 @@ class _Source:
 
 
 class CrossingTraffic:
-    """When the hero is near, cars spawn up to 40 m before the other entries, and two on each lane of its exit."""
+    """Traffic at the junction.
+
+    It appears when the hero is near: up to 40 m before the other entries, and two cars on each lane of its exit.
+    """
 
     SPACING_M: ClassVar[float] = 15.0
+    """Distance between cars (m). As in the leaderboard's background activity."""
     SOURCE_M: ClassVar[float] = 40.0
+    """Largest distance of new cars from their entry (m). As in the leaderboard's background activity."""
     NEAREST_SOURCE_M: ClassVar[float] = 15.0
-    KEPT: ClassVar[float] = 0.8
+    """Smallest distance of new cars from their entry (m). As in the leaderboard's background activity."""
+    FIRST_CAR_PROB: ClassVar[float] = 0.8
+    """Probability of each of the first cars. As in the leaderboard's background activity."""
     MOST_EACH: ClassVar[int] = 6
+    """Maximum number of cars of one entry. As in the leaderboard's background activity."""
     MOST: ClassVar[int] = 10
+    """Maximum number of cars at the junction."""
     EXIT_GAP_M: ClassVar[float] = 30.0
+    """Length of the hero's exit without cars (m)."""
     EXIT_CARS: ClassVar[int] = 2
+    """Number of cars on each lane of the hero's exit. As in the leaderboard's background activity."""
     GONE_M: ClassVar[float] = 70.0
+    """Distance from the hero at which cars are removed (m)."""
 
-    def __init__(self, seen: EgoSnapshot) -> None:
-        self._seen = seen
+    def __init__(self, ego: EgoSnapshot) -> None:
+        self._ego = ego
         self._junction: RouteJunction | None = None
         self._sources: list[_Source] = []
         self._cars: list[Car] = []
@@ -53,20 +65,20 @@ class CrossingTraffic:
 
     def tick(self) -> None:
         """Spawn and remove cars, and set their speeds."""
-        seen = self._seen
-        if self._junction is not None and seen.junction is not self._junction:
+        ego = self._ego
+        if self._junction is not None and ego.junction is not self._junction:
             self._leave()
-        if self._junction is None and seen.junction is not None and seen.near_junction:
-            self._arrive(seen.junction)
+        if self._junction is None and ego.junction is not None and ego.near_junction:
+            self._arrive(ego.junction)
         if not self._quiet:
             for source in self._sources:
                 self._feed(source)
         for car in self._cars:
-            car.wish_mps = seen.limit_mps
+            car.wish_mps = ego.limit_mps
         self._retire()
 
     def hand_over(self) -> list[Car]:
-        """Return new cars on the hero's exit, once; from now on they belong to the road's traffic."""
+        """Return new cars on the hero's exit, once. From then on they belong to the road's traffic."""
         cars, self._exit_cars = self._exit_cars, []
         return cars
 
@@ -75,25 +87,25 @@ class CrossingTraffic:
         self._quiet_roads |= roads
         self._quiet = self._quiet or stop_entries
         gone = [car for car in self._cars if self._is_on(car, roads) or (clear_middle and self._inside(car))]
-        self._seen.setting.cars.remove(gone)
+        self._ego.setting.cars.remove(gone)
         self._cars = [car for car in self._cars if car not in gone]
 
     def _arrive(self, junction: RouteJunction) -> None:
         self._junction = junction
-        route = self._seen.setting.route
+        route = self._ego.setting.route
         own = route.waypoints[max(junction.first - 1, 0)].road_id
         for entry in entries(route.waypoints[junction.first]):
             if entry.road_id == own or entry.road_id in self._quiet_roads:
                 continue
             distances = (self.SOURCE_M, 30.0, 20.0, self.NEAREST_SOURCE_M)
             place = next((p for p in (back(entry, d) for d in distances) if p is not None), None)
-            if place is not None and self._seen.setting.random.random() < self.KEPT:
+            if place is not None and self._ego.setting.random.random() < self.FIRST_CAR_PROB:
                 self._sources.append(_Source(entry, place))
         self._fill_exit(junction)
 
     def _fill_exit(self, junction: RouteJunction) -> None:
         """Spawn two waiting cars on each lane of the hero's exit."""
-        seen, route = self._seen, self._seen.setting.route
+        ego, route = self._ego, self._ego.setting.route
         if junction.last + 1 >= len(route.waypoints) or (self._quiet and self.exit_gap_m == self.EXIT_GAP_M):
             return
         leave_s = float(route.s_m[junction.last])
@@ -102,9 +114,9 @@ class CrossingTraffic:
             way = route.waypoints[junction.last + 1 : route.index_at(s) + 1]
             if s > route.length_m or any(waypoint.is_junction for waypoint in way):
                 return
-            for slot in slots(route.at(s)):
-                lane = beside(route.at(s), slot)
-                car = None if lane is None else seen.spawn(lane, 0.0)
+            for slot in slots(route.waypoint_at(s)):
+                lane = adjacent_lane(route.waypoint_at(s), slot)
+                car = None if lane is None else ego.spawn(lane, 0.0)
                 if car is not None:
                     self._exit_cars.append(car)
 
@@ -114,14 +126,14 @@ class CrossingTraffic:
         place = source.place.transform.location
         if source.last is not None and source.last.state.distance_m(place.x, place.y) < self.SPACING_M:
             return
-        car = self._seen.spawn(source.place, 0.0, onward=self._anywhere)
+        car = self._ego.spawn(source.place, 0.0, lane_chooser=self._anywhere)
         if car is not None:
             source.last = car
             source.spawned += 1
             self._cars.append(car)
 
     def _anywhere(self, options: Sequence[Any]) -> Any:
-        return self._seen.setting.random.choice(list(options))
+        return self._ego.setting.random.choice(list(options))
 
     def _leave(self) -> None:
         self._junction = None
@@ -131,9 +143,9 @@ class CrossingTraffic:
         self.exit_gap_m = self.EXIT_GAP_M
 
     def _retire(self) -> None:
-        hero = self._seen.setting.cast.hero
+        hero = self._ego.setting.cast.hero
         gone = [car for car in self._cars if self._is_gone(car, car.state.distance_m(hero.x, hero.y))]
-        self._seen.setting.cars.remove(gone)
+        self._ego.setting.cars.remove(gone)
         self._cars = [car for car in self._cars if car not in gone]
 
     def _is_gone(self, car: Car, far_m: float) -> bool:

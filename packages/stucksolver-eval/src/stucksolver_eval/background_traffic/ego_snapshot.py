@@ -1,4 +1,4 @@
-"""What the traffic knows about the hero, updated a few times a second."""
+"""The hero's state for the background traffic, updated a few times per second."""
 
 from __future__ import annotations
 
@@ -17,7 +17,9 @@ if TYPE_CHECKING:
     from stucksolver_eval.scenario_context import ScenarioContext
 
 JUNCTION_NEAR_M = 30.0
+"""Distance to a junction at which its traffic appears (m)."""
 JUNCTION_NEAR_S = 1.5
+"""Time headway in addition to that distance (s)."""
 ROLE = "background"
 _BEHIND, _AHEAD = 130, 160
 """Number of route waypoints behind and ahead of the hero within which cars are located on the route."""
@@ -48,11 +50,11 @@ class EgoSnapshot:
 
     @property
     def near_junction(self) -> bool:
-        """True if the next junction is near enough for its traffic to appear."""
+        """True if the hero is close enough to the next junction for its traffic to appear."""
         return self.junction_in_m < JUNCTION_NEAR_M + JUNCTION_NEAR_S * self.speed_mps
 
     def spawn(self, waypoint: carla.Waypoint, speed_mps: float, **driving: Any) -> Car | None:
-        """Spawn a moving background car on a lane. Returns None if the place is occupied."""
+        """Spawn a moving background car on a lane. Returns None if the position is occupied."""
         cast, cars = self.setting.cast, self.setting.cars
         member = cast.spawn(cast.some_car(self.setting.random), waypoint.transform, role=ROLE)
         return None if member is None else cars.drive(member, waypoint, speed_mps, **driving)

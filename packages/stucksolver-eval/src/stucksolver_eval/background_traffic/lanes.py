@@ -11,7 +11,9 @@ import carla
 from stucksolver_eval.routes.route_line import RouteLine
 
 NARROWEST_M = 2.25
+"""Smallest width of a lane with traffic (m)."""
 MOST_LANES = 6
+"""Maximum number of lanes on one side."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +49,7 @@ def same_way(first: carla.Waypoint, second: carla.Waypoint) -> bool:
     return bool(first.lane_id * second.lane_id > 0)
 
 
-def beside(waypoint: carla.Waypoint, slot: int) -> carla.Waypoint | None:
+def adjacent_lane(waypoint: carla.Waypoint, slot: int) -> carla.Waypoint | None:
     """Return the driving lane `slot` lanes to the right (negative: left) with the same direction, or None."""
     here = waypoint
     for _ in range(abs(slot)):
@@ -59,11 +61,11 @@ def beside(waypoint: carla.Waypoint, slot: int) -> carla.Waypoint | None:
 
 
 def slots(waypoint: carla.Waypoint) -> list[int]:
-    """Return the slots (see `beside`) of all driving lanes with this direction, including its own, 0."""
+    """Return the slots (see `adjacent_lane`) of all driving lanes with this direction. The waypoint's own lane is 0."""
     found = [0]
     for sign in (-1, 1):
         for k in range(1, MOST_LANES):
-            if beside(waypoint, sign * k) is None:
+            if adjacent_lane(waypoint, sign * k) is None:
                 break
             found.append(sign * k)
     return sorted(found)
@@ -99,10 +101,10 @@ def back(waypoint: carla.Waypoint, distance_m: float, step_m: float = 5.0) -> An
 
 def entries(waypoint_in_junction: Any) -> Iterator[Any]:
     """Yield the last waypoint of every driving lane that leads into the waypoint's junction, each once."""
-    seen: set[tuple[int, int]] = set()
+    yielded: set[tuple[int, int]] = set()
     for start, _ in waypoint_in_junction.get_junction().get_waypoints(carla.LaneType.Driving):
         for before in start.previous(1.0):
             key = (before.road_id, before.lane_id)
-            if not before.is_junction and key not in seen and is_driving(before):
-                seen.add(key)
+            if not before.is_junction and key not in yielded and is_driving(before):
+                yielded.add(key)
                 yield before

@@ -1,4 +1,4 @@
-"""The cases: which scenario type, where on the map, and what a passenger says."""
+"""The cases: scenario type, position on the map, and the passenger's utterance."""
 
 from __future__ import annotations
 
@@ -13,11 +13,13 @@ if TYPE_CHECKING:
     import carla
 
 APPROACH_M = 30
+"""Length of road before the obstacle (m). Ours."""
 BEYOND_M = 70
+"""Length of road beyond the obstacle (m). Ours."""
 
 
 class CaseError(ValueError):
-    """The map has no suitable place for a case; the message says what is missing."""
+    """The map has no suitable position for a case. The message says what is missing."""
 
 
 @dataclass(frozen=True)
@@ -30,17 +32,18 @@ class CaseLocation:
 
 @dataclass(frozen=True)
 class Case:
-    """One case of the figure. `words`: when a passenger speaks (s since the start), and the words."""
+    """One case of the figure. `words`: time of the passenger's utterance (s since the start), and its text."""
 
     name: str
     title: str
     type: str
     find: Callable[[Any, Any], CaseLocation]
-    """Finds the place in a `carla.World` and its `carla.Map`. Raises `CaseError` and `StreetError`."""
+    """Finds the position in a `carla.World` and its `carla.Map`. Raises `CaseError` and `StreetError`."""
     words: tuple[float, str] | None = None
     drive_s: float = 60.0
+    """Time limit of the drive (s). Ours."""
     shown_from_s: float = 0.0
-    """The figure shows no decision before this time (s)."""
+    """Earliest decision in the figure (s since the start)."""
 
 
 def _before_a_light(world: carla.World, carla_map: carla.Map) -> CaseLocation:
@@ -49,10 +52,8 @@ def _before_a_light(world: carla.World, carla_map: carla.Map) -> CaseLocation:
         for stop in light.get_stop_waypoints():
             before = stop.previous(float(APPROACH_M))
             if len(before) == 1 and not before[0].is_junction and before[0].road_id == stop.road_id:
-                return CaseLocation(_onward(before[0], APPROACH_M + BEYOND_M), {})
-    raise CaseError(
-        f"map {carla_map.name} has no traffic light with {APPROACH_M} m of street before it; use another map"
-    )
+                return CaseLocation(_waypoints_ahead(before[0], APPROACH_M + BEYOND_M), {})
+    raise CaseError(f"no traffic light with {APPROACH_M} m of street before it: map {carla_map.name}. Use another map")
 
 
 def _several_lanes(length_m: int, with_obstacle: bool) -> Callable[[Any, Any], CaseLocation]:
@@ -65,7 +66,7 @@ def _several_lanes(length_m: int, with_obstacle: bool) -> Callable[[Any, Any], C
     return find
 
 
-def _onward(waypoint: carla.Waypoint, distance_m: int) -> tuple[carla.Waypoint, ...]:
+def _waypoints_ahead(waypoint: carla.Waypoint, distance_m: int) -> tuple[carla.Waypoint, ...]:
     """Return waypoints 1 m apart, as straight ahead as the junctions permit."""
     found = [waypoint]
     while len(found) <= distance_m and (options := found[-1].next(1.0)):

@@ -22,8 +22,9 @@ from stucksolver_eval.streets.routes import SimulatorTarget, street_route, with_
 from stucksolver_eval.systems.spec import SystemSpec
 
 SEED = 1
+"""Seed of the traffic. Ours."""
 DEADLINE_S, TRIES = 30.0, 20
-"""Defaults: time limit for an answer (s), and failed attempts in a row before giving up."""
+"""Defaults: time limit for an answer (s), and failed attempts in a row before the run ends. Ours."""
 LADDER = """
 [[rung]]
 kind = "model"
@@ -31,7 +32,7 @@ deadline_s = {deadline_s}
 tries = {tries}
 cooldown_s = 3.0
 """
-"""No rung of rules comes before the model, because the figure shows how the model itself judges each scene."""
+"""The ladder. The model has the first rung, because the figure shows how the model itself judges each scene."""
 ANSWERED = (EventKind.DECIDED, EventKind.FAILED)
 RUNS, LADDER_FILE = "runs", "ladder.toml"
 
@@ -57,16 +58,16 @@ class CaseResult:
     """Progress along the route from the decision to the end (m)."""
     collisions: int
     moments: tuple[Positions, ...] = ()
-    """The positions in each frame of the replay."""
+    """Positions in each frame of the replay."""
 
     @property
     def questions(self) -> int:
-        """Number of questions to the reasoner."""
+        """Number of queries to the reasoner."""
         return sum(event.kind in ANSWERED for event in self.events)
 
     @property
     def unanswered(self) -> int:
-        """Number of questions without a usable answer."""
+        """Number of queries without a usable answer."""
         return sum(event.kind is EventKind.FAILED for event in self.events)
 
     @property
@@ -108,13 +109,13 @@ def run_cases(
         maps: Folders to search for towns, separated by ":".
         clock: Clock of the solver, as on the command line.
         deadline_s: Time limit for an answer (s); see the ladder's rung `model`.
-        tries: Failed attempts in a row before giving up; see the ladder's rung `model`.
+        tries: Failed attempts in a row before the run ends; see the ladder's rung `model`.
         pictures: Carry a camera.
-        record: Keep records of interventions and all exchanges with a model.
-        say: Gets progress messages.
+        record: Write records of interventions and all exchanges with a model.
+        say: Called with progress messages.
 
     Raises:
-        CaseError: The map has no place for a case.
+        CaseError: The map has no position for a case.
         StreetError: The map has no suitable street.
         ServerError: The simulator did not start or ended.
         LadderError: The deadline or the number of tries is not allowed.
@@ -172,7 +173,7 @@ def _driven(case: Case, job: RouteJob, folder: Path) -> CaseResult:
 
 
 def _telling(events: tuple[Event, ...], from_s: float) -> Event | None:
-    """Return the decision to show: the first with an accepted plan, else the first, or None."""
+    """Return the decision for the figure: the first with an accepted plan, else the first, or None."""
     made = [event for event in events if event.kind is EventKind.DECIDED and event.time_s >= from_s]
     accepted = [e for e in made if e.verdict is not None and e.verdict.accepted and e.decision and e.decision.plan]
     return next(iter(accepted or made), None)

@@ -16,9 +16,10 @@ IMAGE_H = 450
 TEXT_W = 860
 MARGIN = 18
 HEAD_H = 34
-INK, GREY, PAPER = (28, 30, 34), (108, 112, 120), (255, 255, 255)
+INK, GRAY, PAPER = (28, 30, 34), (108, 112, 120), (255, 255, 255)
 SHADES = ((232, 240, 252), (252, 243, 226), (230, 245, 234))
 COLUMNS = 104
+"""Maximum number of characters in a line of text."""
 LINE_H = 20
 
 
@@ -44,14 +45,14 @@ def _row(canvas: Image.Image, result: CaseResult, top: int) -> None:
         for i, line in enumerate(lines):
             draw.text((left + 10, at + 8 + LINE_H * (i + 1)), line, INK, font=ImageFont.load_default(15))
         at += height + 8
-    draw.text((left + 10, at), f"Outcome: {result.ending}", GREY, font=ImageFont.load_default(14))
+    draw.text((left + 10, at), f"Outcome: {result.ending}", GRAY, font=ImageFont.load_default(14))
 
 
 def _picture(result: CaseResult) -> Image.Image:
     scene = result.decided.scene if result.decided is not None else None
     if scene is None or scene.image is None:
         empty = Image.new("RGB", (IMAGE_W, IMAGE_H), (226, 228, 232))
-        ImageDraw.Draw(empty).text((IMAGE_W // 2 - 40, IMAGE_H // 2), "no picture", GREY)
+        ImageDraw.Draw(empty).text((IMAGE_W // 2 - 40, IMAGE_H // 2), "no picture", GRAY)
         return empty
     return Image.open(io.BytesIO(scene.image.jpeg)).convert("RGB").resize((IMAGE_W, IMAGE_H))
 
@@ -60,8 +61,8 @@ def _chain(result: CaseResult) -> list[tuple[str, list[str]]]:
     decision = result.decided.decision if result.decided is not None else None
     if decision is None:
         return [("1 Observe", ["no decision was made"]), ("2 Analyse", []), ("3 Decide", [])]
-    said = result.case.words
-    spoken = f' ("{said[1]}")' if said else ""
+    utterance = result.case.words
+    spoken = f' ("{utterance[1]}")' if utterance else ""
     return [
         ("1 Observe", _observed(decision)),
         (f"2 Analyse{spoken}", _analysed(decision)),
@@ -70,16 +71,16 @@ def _chain(result: CaseResult) -> list[tuple[str, list[str]]]:
 
 
 def _observed(decision: Decision) -> list[str]:
-    seen = decision.observation
+    observation = decision.observation
     lines = [
         f"{c.kind.value.replace('_', ' ')} {c.state.value if c.state else ''}"
         + (f", {c.distance_m:.0f} m" if c.distance_m is not None else "")
-        for c in seen.controls[:2]
+        for c in observation.controls[:2]
     ]
-    for p in seen.participants[:4]:
+    for p in observation.participants[:4]:
         place = f", {p.distance_m:.1f} m" if p.distance_m is not None else ""
         lines.append(f"{p.kind.value} {p.object_id}, {p.lane.value} lane{place}: {p.intent.value.replace('_', ' ')}")
-    return [line for text in [*lines, seen.summary] for line in textwrap.wrap(text, COLUMNS)][:7]
+    return [line for text in [*lines, observation.summary] for line in textwrap.wrap(text, COLUMNS)][:7]
 
 
 def _analysed(decision: Decision) -> list[str]:

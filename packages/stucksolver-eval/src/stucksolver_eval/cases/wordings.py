@@ -1,4 +1,4 @@
-"""Drives one case once with each of several sentences of a passenger, and draws what each did."""
+"""Drives one case once with each of several sentences of a passenger, and draws the outcomes."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from stucksolver.scene import Interpretation
 from stucksolver.solver import EventKind
 from stucksolver_eval.cases.case import CASES, Case
 from stucksolver_eval.cases.case_runner import CaseResult
-from stucksolver_eval.cases.figure import GREY, INK, PAPER
+from stucksolver_eval.cases.figure import GRAY, INK, PAPER
 
 DRIVE_S = 66.0
-"""A vehicle that stays behind the cyclists reaches the end of the shipped map's street about then."""
+"""Duration of a drive (s). A vehicle that stays behind the cyclists needs it to the end of the shipped map's street."""
 TEXT_W = 470
 READ_W = 290
 CHART_W = 420
@@ -28,25 +28,25 @@ ROW_H = 58
 HEAD_H = 66
 MARGIN = 16
 REACH_M = 40.0
-"""The chart shows this much of the lane behind and ahead of the first cyclist."""
+"""Length of the lane in the chart, behind and ahead of the first cyclist (m). Ours."""
 ASCII = 0x7F
 """Highest code point that Pillow's own font can draw."""
 LATIN = 0x2000
-"""Code points from here on need a font with Chinese characters."""
+"""Lowest code point that needs a font with Chinese characters."""
 LINE = (214, 217, 222)
 PASSED, STAYED, HIT = (24, 128, 74), (36, 92, 170), (190, 40, 40)
 
 
 @dataclass(frozen=True)
 class Wording:
-    """A sentence. `meant` is the intent that its author gave, or None if unknown."""
+    """A sentence. `meant` is the intent from its author, or None if unknown."""
 
     text: str
     meant: str | None = None
 
 
 def worded(wordings: Sequence[Wording]) -> tuple[Case, ...]:
-    """Return the cyclists' case once with each sentence."""
+    """Return one case of the cyclists for each sentence."""
     case = next(item for item in CASES if item.words is not None)
     assert case.words is not None
     at_s = case.words[0]
@@ -57,12 +57,12 @@ def worded(wordings: Sequence[Wording]) -> tuple[Case, ...]:
 
 
 def read_as(result: CaseResult) -> Interpretation | None:
-    """Return how the sentence was interpreted, or None if it was not."""
+    """Return the interpretation of the sentence, or None if there is none."""
     return next((event.reading for event in result.events if event.reading is not None), None)
 
 
 def passed_s(result: CaseResult) -> float | None:
-    """Return the time from the sentence until the ego is ahead of all cyclists for good (s); None if it never is."""
+    """Return the time from the sentence until the ego stays ahead of all cyclists (s); None if it never does."""
     assert result.case.words is not None
     ahead_from: float | None = None
     for moment in result.moments:
@@ -94,7 +94,7 @@ def draw_wordings(wordings: Sequence[Wording], results: Sequence[CaseResult], pa
         draw.text((left, MARGIN), title, INK, font=ImageFont.load_default(17))
         left += size
     note = f"{REACH_M:.0f} m behind the first (bottom) to {REACH_M:.0f} m ahead (top), {DRIVE_S:.0f} s; dot: words"
-    draw.text((MARGIN + TEXT_W + READ_W, MARGIN + 24), note, GREY, font=ImageFont.load_default(12))
+    draw.text((MARGIN + TEXT_W + READ_W, MARGIN + 24), note, GRAY, font=ImageFont.load_default(12))
     for k, (wording, result) in enumerate(zip(wordings, results, strict=True)):
         _row(draw, HEAD_H + k * ROW_H, wording, result)
     canvas.save(path, optimize=True)
@@ -110,29 +110,29 @@ def _row(draw: ImageDraw.ImageDraw, top: int, wording: Wording, result: CaseResu
         (left, top + 9), "nothing" if reading is None else reading.description, INK, font=ImageFont.load_default(16)
     )
     if wording.meant is not None:
-        draw.text((left, top + 31), f"meant: {wording.meant.replace('_', ' ')}", GREY, font=ImageFont.load_default(13))
+        draw.text((left, top + 31), f"meant: {wording.meant.replace('_', ' ')}", GRAY, font=ImageFont.load_default(13))
     _chart(draw, left + READ_W, top, result)
-    colour = HIT if result.collisions else PASSED if passed_s(result) is not None else STAYED
+    color = HIT if result.collisions else PASSED if passed_s(result) is not None else STAYED
     at = left + READ_W + CHART_W
-    draw.text((at, top + 9), outcome(result), colour, font=ImageFont.load_default(16))
+    draw.text((at, top + 9), outcome(result), color, font=ImageFont.load_default(16))
     last = next((e.text for e in reversed(result.events) if e.kind is EventKind.GUIDANCE_ENDED), "")
-    draw.text((at, top + 31), last.rpartition('": ')[2][:44], GREY, font=ImageFont.load_default(13))
+    draw.text((at, top + 31), last.rpartition('": ')[2][:44], GRAY, font=ImageFont.load_default(13))
 
 
 def _chart(draw: ImageDraw.ImageDraw, left: int, top: int, result: CaseResult) -> None:
-    """Draw the ego's position relative to the first cyclist over time; the grey band shows the cyclists."""
+    """Draw the ego's position relative to the first cyclist over time; the gray band shows the cyclists."""
 
-    def at(time_s: float, ahead_m: float) -> tuple[float, float]:
+    def chart_point(time_s: float, ahead_m: float) -> tuple[float, float]:
         inside = min(max(ahead_m, -REACH_M), REACH_M)
         return left + (CHART_W - 24) * time_s / DRIVE_S, top + ROW_H / 2 - inside / REACH_M * (ROW_H / 2 - 5)
 
     firsts = [max(moment.others_m) for moment in result.moments]
     group_m = max(first - min(m.others_m) for m, first in zip(result.moments, firsts, strict=True))
-    draw.rectangle((*at(0.0, 0.0), *at(DRIVE_S, -group_m)), (226, 229, 234))
-    way = [at(m.time_s, m.ego_m - first) for m, first in zip(result.moments, firsts, strict=True)]
+    draw.rectangle((*chart_point(0.0, 0.0), *chart_point(DRIVE_S, -group_m)), (226, 229, 234))
+    way = [chart_point(m.time_s, m.ego_m - first) for m, first in zip(result.moments, firsts, strict=True)]
     draw.line(way, PASSED if passed_s(result) is not None else STAYED, 2)
     said_s = (result.case.words or (0.0,))[0]
-    x, y = min(way, key=lambda item: abs(item[0] - at(said_s, 0.0)[0]))
+    x, y = min(way, key=lambda item: abs(item[0] - chart_point(said_s, 0.0)[0]))
     draw.ellipse((x - 4, y - 4, x + 4, y + 4), INK)
 
 
@@ -142,6 +142,7 @@ def _font(text: str, size: int) -> ImageFont.ImageFont | ImageFont.FreeTypeFont:
     wide = ("NotoSansCJK-Regular.ttc", "wqy-zenhei.ttc", "DroidSansFallbackFull.ttf")
     names = wide if highest > LATIN else _accented() if highest > ASCII else ()
     for name in names:
+        # The font is not installed; the loop tries the next one.
         with contextlib.suppress(OSError):
             return ImageFont.truetype(name, size)
     return ImageFont.load_default(size)

@@ -4,12 +4,12 @@ from stucksolver.commands.command_table import CliCommand
 
 COMMANDS = {
     "demo": CliCommand(
-        "drive past a parked car and two cyclists, without and with help, and report",
+        "drive past a parked car and two cyclists, without and with StuckSolver, and write a report",
         "stucksolver_eval.commands.demo",
         drives=True,
     ),
     "ride": CliCommand(
-        "ride along a street with a page to talk to the car", "stucksolver_eval.commands.ride", drives=True
+        "ride along a street with a page for conversation with the car", "stucksolver_eval.commands.ride", drives=True
     ),
     "evaluate": CliCommand(
         "drive a suite of routes with scenarios, and score it", "stucksolver_eval.commands.evaluate", drives=True

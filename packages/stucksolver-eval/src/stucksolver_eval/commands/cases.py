@@ -39,7 +39,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         type=at_least(1),
         default=20,
         metavar="N",
-        help="give up after this many failed attempts in a row",
+        help="end after this many failed attempts in a row",
     )
     parser.add_argument(
         "--wordings",
@@ -105,7 +105,7 @@ def run(options: argparse.Namespace) -> int:
     ) as error:
         raise UsageError(str(error)) from error
     except OSError as error:
-        raise UsageError(f"{options.out} cannot be written: {error.strerror}") from error
+        raise UsageError(f"cannot write folder: {options.out}: {error.strerror}. Choose another --out") from error
     if options.json:
         print_json({"cases": [_data(result) for result in results], "figure": options.out / figure})
     else:
@@ -135,13 +135,13 @@ def _wordings(path: Path) -> tuple[Wording, ...]:
     from stucksolver_eval.cases.wordings import Wording
 
     found = []
-    for where, said in json_lines(path):
-        text, meant = said.get("text"), said.get("intent")
+    for where, entry in json_lines(path):
+        text, meant = entry.get("text"), entry.get("intent")
         if not isinstance(text, str) or not isinstance(meant, str | None):
-            raise UsageError(f'{where}: a line is {{"text": "..."}}, with "intent": "..." where its meaning is known')
+            raise UsageError(f'{where}: expected {{"text": "..."}}, with "intent": "..." if its meaning is known')
         found.append(Wording(text, meant))
     if not found:
-        raise UsageError(f"{path}: there is no sentence in this file")
+        raise UsageError(f"no sentence in file: {path}. Add one per line")
     return tuple(found)
 
 

@@ -1,4 +1,4 @@
-"""Checks of `stucksolver doctor` on the simulator, maps and optional packages of evaluations."""
+"""Checks of `stucksolver doctor` for the simulator, maps and optional packages of evaluations."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from pathlib import Path
 from stucksolver.commands.doctor import Check, Finding, package
 
 ANSWERS_S = 20.0
-"""Time limit of the first call to a simulator that has just started (s)."""
+"""Time limit of the first call to a new simulator (s). Ours."""
 
 
 def _simulator() -> Iterator[Finding]:
-    """Start the simulator and query it: the client's library may be installed and still fail to load."""
+    """Start the simulator and query it, because the client's library may be installed and still fail to load."""
     if importlib.util.find_spec("carla") is None:
         return
     try:
@@ -31,14 +31,14 @@ def _simulator() -> Iterator[Finding]:
 
 
 def _maps() -> Iterator[Finding]:
-    told = os.environ.get("STUCKSOLVER_MAPS", "")
-    folders = [Path(folder) for folder in told.split(":") if folder]
+    configured = os.environ.get("STUCKSOLVER_MAPS", "")
+    folders = [Path(folder) for folder in configured.split(":") if folder]
     towns = sorted({path.stem for folder in folders for path in folder.glob("*.xodr")})
     gone = [str(folder) for folder in folders if not folder.is_dir()]
     if gone:
         yield Finding("maps", "broken", f"STUCKSOLVER_MAPS: no such folder: {', '.join(gone)}", "correct the variable")
     elif towns:
-        yield Finding("maps", "ok", f"{len(towns)} towns besides the shipped ones: {', '.join(towns)}")
+        yield Finding("maps", "ok", f"{len(towns)} towns in addition to the shipped ones: {', '.join(towns)}")
     else:
         remedy = "for CARLA's towns set STUCKSOLVER_MAPS to the folder with their .xodr files"
         yield Finding("maps", "absent", "the shipped towns only", remedy)

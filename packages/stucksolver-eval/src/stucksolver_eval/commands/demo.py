@@ -31,8 +31,8 @@ from stucksolver_passenger.commands.memory import add_memory
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
     add_map(parser, "demo_town")
-    parser.add_argument("--seed", type=whole, default=1, help="seed of places and traffic")
-    parser.add_argument("--recovery", default="rules", help=f"who reasons (default: rules): {HELP}")
+    parser.add_argument("--seed", type=whole, default=1, help="seed of positions and traffic")
+    parser.add_argument("--recovery", default="rules", help=f"the reasoner (default: rules): {HELP}")
     add_send_key(parser)
     parser.add_argument(
         "--driver",
@@ -50,13 +50,15 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add_clock(parser)
     add_perception(parser)
     parser.add_argument(
-        "--say", metavar="WORDS", help="what a passenger says in both streets, instead of the built-in script"
+        "--say", metavar="WORDS", help="utterance of a passenger in both streets, instead of the built-in script"
     )
     parser.add_argument(
         "--no-pictures", action="store_true", help="store no camera pictures with the decisions (faster)"
     )
     parser.add_argument("--out", type=Path, default=Path("out/demo"), help="folder for results")
-    parser.add_argument("--passenger", action="store_true", help="drive in real time, with a page to talk to the car")
+    parser.add_argument(
+        "--passenger", action="store_true", help="drive in real time, with a page for conversation with the car"
+    )
     add_page(parser)
     add_memory(parser)
     add_server(parser)
@@ -70,7 +72,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run the demonstration, and print its table and the path of its report. Raises `UsageError`."""
-    # Imported here because these need CARLA's client package, and the help does not.
+    # The imports are late because they need CARLA's client package, and the help does not.
     from stucksolver.atomic_files import OutputError
     from stucksolver_carla.client_connection import ServerError
     from stucksolver_eval.demo import VEHICLE, DemoSpec, demo
@@ -119,13 +121,13 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _words(text: str | None) -> str | None:
-    """Check that the words can be said and understood here. Raises `UsageError`."""
+    """Check that the interpreter can process the utterance. Raises `UsageError`."""
     if text is None:
         return None
     if not text.strip():
-        raise UsageError('--say is empty; give a sentence, as in --say "please go round it"')
+        raise UsageError('--say is empty: give a sentence, as in --say "please go round it"')
     if len(text) > MAX_WORDS:
-        raise UsageError(f"--say: {len(text)} characters; at most {MAX_WORDS} are accepted")
+        raise UsageError(f"--say too long: {len(text)} characters, at most {MAX_WORDS}. Shorten it")
     reader = find_reader()
     if isinstance(reader, NoInterpreter):
         raise UsageError(reader.why)
@@ -136,7 +138,7 @@ _written = 0
 
 
 def _say(text: str) -> None:
-    """Show progress in place on a terminal; print only complete lines elsewhere."""
+    """Print progress in place on a terminal. Print only complete lines elsewhere."""
     global _written
     if not sys.stderr.isatty():
         if text.endswith("\n"):

@@ -18,7 +18,7 @@ from stucksolver_language.commands.api_keys import add_send_key
 from stucksolver_passenger.commands.memory import add_memory
 
 REPLAYS = ("none", "failed", "all")
-INTERRUPTED = "interrupted; finished routes are kept: run the same command with --resume to continue"
+INTERRUPTED = "interrupted; finished routes are stored: run the same command with --resume to continue"
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -40,7 +40,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--guidance",
         type=Path,
         metavar="SCRIPT",
-        help="what a passenger says and where: a guidance script, or `shipped` for the suite's own",
+        help="utterances of a passenger by route: a guidance script, or `shipped` for the suite's own",
     )
     add_clock(parser)
     add_perception(parser)
@@ -59,22 +59,25 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--reuse",
         type=Path,
         metavar="DIR",
-        help="copy results from DIR, an evaluation of the same arm without guidance or --reasoner (or, with --recovery "
+        help="copy results from DIR, an evaluation of the same system without guidance or --reasoner (or, with "
+        "--recovery "
         "none, one with a recovery): routes on which these make no difference",
     )
-    parser.add_argument("--replays", choices=REPLAYS, default="failed", help="routes whose replay is kept")
+    parser.add_argument("--replays", choices=REPLAYS, default="failed", help="routes with a stored replay")
     parser.add_argument(
-        "--pictures", action="store_true", help="keep a camera picture with each decision of a replay (slower)"
+        "--pictures", action="store_true", help="store a camera picture with each decision of a replay (slower)"
     )
-    parser.add_argument("--record", action="store_true", help="keep a hash-chained record of each intervention")
+    parser.add_argument("--record", action="store_true", help="store a hash-chained record of each intervention")
     parser.add_argument("--unguarded", action="store_true", help="experiment: execute proposed plans without the guard")
     parser.add_argument(
         "--heedless",
         action="store_true",
-        help="experiment: while the driver follows a plan's path, it does not brake for others by itself",
+        help="experiment: while the driver follows a plan's path, it does not brake for other road users",
     )
     add_maps(parser)
-    parser.add_argument("--passenger", action="store_true", help="drive in real time, with a page to talk to the cars")
+    parser.add_argument(
+        "--passenger", action="store_true", help="drive in real time, with a page for conversation with the cars"
+    )
     add_page(parser)
     add_memory(parser)
     add_server(parser)
@@ -150,6 +153,7 @@ def run(options: argparse.Namespace) -> int:
                 spec = replace(spec, passenger=server.address)
             return show_scores([evaluate(spec).folder], as_json=options.json)
     except KeyboardInterrupt:
+        # Finished routes are stored, so an interruption is a normal end.
         print(f"\n{INTERRUPTED}", file=sys.stderr)
         return 130
     except (*errors, ScenarioError, ServerError, LadderError, SweepError) as error:
@@ -181,7 +185,7 @@ def _seeds(options: argparse.Namespace) -> tuple[int, ...]:
     try:
         seeds = tuple(int(part) for part in options.seeds.split(","))
     except ValueError as error:
-        raise UsageError(f"--seeds {options.seeds}: give whole numbers such as 1,2,3") from error
+        raise UsageError(f"invalid --seeds: {options.seeds}. Give whole numbers such as 1,2,3") from error
     if len(set(seeds)) != len(seeds):
-        raise UsageError(f"--seeds {options.seeds}: a seed occurs twice")
+        raise UsageError(f"duplicate seed in --seeds: {options.seeds}. Give each seed once")
     return seeds

@@ -1,4 +1,4 @@
-"""`stucksolver ride`: drives along a street with a passenger who talks to the car on a web page."""
+"""`stucksolver ride`: drives along a street with a passenger on a web page."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--case", choices=CASES, default="parked_car", help="the situation on the route")
     parser.add_argument("--map", help="a town's name or an OpenDRIVE file (default: one that suits the case)")
     add_maps(parser)
-    parser.add_argument("--seed", type=whole, default=1, help="seed of places and traffic")
+    parser.add_argument("--seed", type=whole, default=1, help="seed of positions and traffic")
     parser.add_argument(
         "--driver", default="behavior", help="behavior or planner, each with :cautious|normal|aggressive"
     )
@@ -92,6 +92,7 @@ def run(options: argparse.Namespace) -> int:
             print(f"{'arrived' if outcome.arrived else 'ended'} after {outcome.duration_s:.0f} s; {_pace(outcome)}")
             if not options.once:
                 print("the page stays open until Ctrl-C", flush=True)
+                # Ctrl-C is the way to close the page.
                 with contextlib.suppress(KeyboardInterrupt):
                     threading.Event().wait()
     except (
@@ -155,6 +156,7 @@ def print_page_url(server: PassengerServer, vehicle: str, listen: str | None, ou
     try:
         import segno
     except ImportError:
+        # Without the package for QR codes, the printed address suffices.
         return
     segno.make(url, error="l").terminal(out=out, compact=True)
 

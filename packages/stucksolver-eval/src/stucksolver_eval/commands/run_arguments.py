@@ -18,9 +18,9 @@ def driver_name(text: str) -> str:
     name, _, profile = text.partition(":")
     if name == "behavior":
         if (profile or USUAL) not in PROFILES:
-            raise UsageError(f"unknown driver {text!r}: use behavior, or behavior: with one of {', '.join(PROFILES)}")
+            raise UsageError(f"unknown driver: {text!r}. Use behavior, or behavior: with one of {', '.join(PROFILES)}")
         return f"behavior:{profile or USUAL}"
-    # Like `python -m`, find agents in the current folder too.
+    # The current folder is searched for agents too, as `python -m` does.
     sys.path.append(os.getcwd())
     return text
 
@@ -34,6 +34,6 @@ def clock_name(text: str) -> str:
 
 
 def print_notes(notes: Sequence[str]) -> None:
-    """Print what the user should know before a drive, one note per line on standard error."""
+    """Print notes for the user before a drive, one per line on standard error."""
     for note in notes:
         print(f"note: {note}", file=sys.stderr, flush=True)

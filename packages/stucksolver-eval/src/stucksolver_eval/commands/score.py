@@ -13,7 +13,7 @@ from stucksolver.commands.arguments import add_json, print_json
 from stucksolver.commands.errors import UsageError
 
 SCORES = '[{"folder": path, "warnings": [text], ...}] with all fields of the folder\'s summary.json'
-"""What `--json` prints for each evaluation."""
+"""Form of the output of `--json` for each evaluation."""
 
 if TYPE_CHECKING:
     from stucksolver_eval.metrics.comparison import Compared
@@ -44,7 +44,7 @@ def add_compare_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Print the scores of existing results, ours or others'; returns the exit code of `show_scores`.
+    """Print the scores of existing results; returns the exit code of `show_scores`.
 
     Raises:
         UsageError: Results cannot be read, or plots are requested without matplotlib.
@@ -98,7 +98,7 @@ def _print_scores(evaluations: Iterable[tuple[Path, Summary]]) -> None:
 
 
 def _pair(folders: list[Path], alone: Path | None) -> ResultStore | None:
-    """Return the evaluation of the driver alone: `alone`, or the one among `folders` that is, or None."""
+    """Return the evaluation of the driver alone: `alone`, or one of the folders, or None."""
     from stucksolver_eval.results.store import ResultStore
 
     if alone is not None:
@@ -107,7 +107,7 @@ def _pair(folders: list[Path], alone: Path | None) -> ResultStore | None:
 
 
 def _summarized(folder: Path, alone: ResultStore | None) -> Summary:
-    """Return the figures of one evaluation, paired with the driver alone unless it is that itself."""
+    """Return the metrics of one evaluation, paired with the driver alone unless it is that evaluation."""
     from stucksolver_eval.metrics.summary import summarize
     from stucksolver_eval.results.store import ResultStore
 
@@ -147,7 +147,7 @@ def run_compare(options: argparse.Namespace) -> int:
     from stucksolver_eval.routes import RouteFileError
 
     try:
-        # Only the driver alone shows where waiting would have been enough: A may be another reasoner.
+        # Only the driver alone shows where waiting would have sufficed, and A may be another reasoner.
         alone = _pair([options.first, *options.others], None)
         first, *others = [_summarized(other, alone) for other in (options.first, *options.others)]
         compared = [comparison(first, other) for other in others]
@@ -167,7 +167,7 @@ def run_compare(options: argparse.Namespace) -> int:
 
 
 def _figures(compared: Compared) -> dict[str, dict[str, object]]:
-    """Return each figure of A and B, and their difference over the pairs, with 95 % intervals."""
+    """Return each metric of A and B, and their difference over the pairs, with 95 % intervals."""
     return {
         name: {"a": asdict(a), "b": asdict(b), "difference": asdict(d.difference), "p": d.p, "pairs": d.pairs}
         for name, (a, b, d) in compared.items()

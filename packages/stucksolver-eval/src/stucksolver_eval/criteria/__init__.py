@@ -1,6 +1,6 @@
 """The benchmark's criteria for a drive, tick by tick, over the `carla` client API; see `criteria.monitor`.
 
-`criteria.base` needs no client, so that scores can be computed without one.
+`criteria.criterion` needs no client, so that scores can be computed without one.
 """
 
 from stucksolver_eval.criteria.criterion import Criterion, EgoTick, Infraction

@@ -1,15 +1,16 @@
-"""Standing still for too long (ActorBlockedTest)."""
+"""The vehicle is stopped for too long (ActorBlockedTest)."""
 
 from __future__ import annotations
 
 from stucksolver_eval.criteria.criterion import STANDING_MPS, Criterion, EgoTick, place_text
 
 LIMIT_S = 60.0
+"""Longest stop (s). As in Bench2Drive."""
 FAILURE = "Agent got blocked"
 
 
 class Blocked(Criterion):
-    """Fails after 60 s below 0.1 m/s. While it is suspended the time stops, and it restarts after that."""
+    """Fails after 60 s below 0.1 m/s. The time does not run during a suspension, and restarts after it."""
 
     kind = "vehicle_blocked"
 

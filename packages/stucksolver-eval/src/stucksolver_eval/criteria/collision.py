@@ -11,10 +11,13 @@ import carla
 from stucksolver_eval.criteria.criterion import STANDING_MPS, Criterion, EgoTick, Infraction, place_text
 
 SAME_PLACE_M = 5.0
+"""Distance from the last collision within which no further one counts (m). As in CollisionTest."""
 SAME_OTHER_S = 5.0
+"""Time for which further collisions with the same actor do not count (s). As in CollisionTest."""
 _LATE_EVENTS_S = 0.2
-"""Wall time for events that are still on their way when the route ends."""
+"""Wall time to wait for late events when the route ends (s). Ours."""
 _REMEMBERED = 8
+"""Number of ticks that are stored until their events have arrived. Ours."""
 
 
 class ContactEpisode(NamedTuple):
@@ -26,7 +29,10 @@ class ContactEpisode(NamedTuple):
 
 
 class CollisionRule:
-    """Which contacts count: not the same actor again within 5 s, not within 5 m of the last, not while standing."""
+    """Decides which contacts count.
+
+    No contact counts with the same actor within 5 s, within 5 m of the last one, or while stopped.
+    """
 
     def __init__(self) -> None:
         self._last_id: int | None = None
@@ -34,14 +40,14 @@ class CollisionRule:
         self._last_place: Any | None = None
 
     def pass_time(self, time_s: float, place: Any) -> None:
-        """Forget the last collision once the ego has left its place, and its actor after 5 s."""
+        """Reset the last collision when the ego has left its position, and its actor after 5 s."""
         if self._last_place is not None and place.distance(self._last_place) > SAME_PLACE_M:
             self._last_place = None
         if self._last_id is not None and time_s - self._last_s > SAME_OTHER_S:
             self._last_id = None
 
     def counts(self, contact: ContactEpisode, time_s: float, place: Any, speed_mps: float) -> bool:
-        """True if this contact counts; it is then remembered."""
+        """True if this contact counts. It then becomes the last collision."""
         if self._last_id is not None and contact.other_id == self._last_id:
             return False
         if self._last_place is not None and place.distance(self._last_place) <= SAME_PLACE_M:
@@ -50,7 +56,7 @@ class CollisionRule:
             return False
         self._last_s, self._last_place = time_s, place
         if contact.other_id != 0:
-            # 0 is the level's geometry, which has a single id.
+            # The level's geometry has the single id 0.
             self._last_id = contact.other_id
         return True
 
@@ -65,7 +71,7 @@ def kind_of(other_type: str) -> str | None:
 
 
 class Collisions(Criterion):
-    """A collision sensor on the ego. Contacts of a tick are judged one tick later, when all have arrived."""
+    """A collision sensor on the ego. Contacts of a tick are counted one tick later, when all have arrived."""
 
     kind = "collisions"
 
@@ -79,7 +85,7 @@ class Collisions(Criterion):
         self._sensor.listen(self._hit)
 
     def _hit(self, event: Any) -> None:
-        # Called from a thread of the client library.
+        # A thread of the client library calls this.
         other = event.other_actor
         self._contacts.append(ContactEpisode(int(event.frame), int(other.id), str(other.type_id)))
 
@@ -104,7 +110,7 @@ class Collisions(Criterion):
             self.infractions.append(Infraction(kind, then.time_s, text))
 
     def rest(self) -> None:
-        """Stop counting; what was counted stays."""
+        """Stop counting. Counted collisions stay."""
         self._contacts.clear()
         self._moments.clear()
 

@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     import carla
 
 STANDING_MPS = 0.1
+"""Speed below which the ego counts as stopped (m/s). As in scenario_runner."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +50,7 @@ class Infraction:
 
 
 class Criterion(ABC):
-    """Judges one aspect from tick to tick. `ends_route` names the failure that ends the route, once there is one."""
+    """Judges one aspect from tick to tick. `ends_route` names the failure that ends the route, after it occurred."""
 
     kind: ClassVar[str]
 
@@ -61,14 +62,14 @@ class Criterion(ABC):
     def update(self, moment: EgoTick) -> None:
         """Judge one tick."""
 
-    def finish(self) -> None:  # noqa: B027 (most criteria need nothing here)
-        """Judge what is known only at the end of the route."""
+    def finish(self) -> None:  # noqa: B027 (most criteria do nothing here)
+        """Judge the aspects that need the whole route, at its end."""
 
     def close(self) -> None:  # noqa: B027
         """Destroy sensors, if there are any."""
 
     def note(self, time_s: float, text: str, percentage: float | None = None) -> None:
-        """Add an infraction. `percentage` is the part of the route that it covers, if its penalty depends on that."""
+        """Add an infraction. `percentage` is the affected part of the route, if the penalty depends on that."""
         self.infractions.append(Infraction(self.kind, time_s, text, percentage))
 
 

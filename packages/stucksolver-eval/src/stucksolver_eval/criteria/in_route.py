@@ -6,14 +6,18 @@ from stucksolver_eval.criteria.criterion import Criterion, EgoTick, place_text
 from stucksolver_eval.criteria.route_position import RouteWalk
 
 FAR_M = 30.0
+"""Distance from the route at which the criterion fails (m). As in InRouteTest."""
 SAFE_M = 15.0
+"""Distance from the route up to which the ego is on it (m). As in InRouteTest."""
 FAR_SHARE_PCT = 30.0
+"""Share of the route off which the criterion fails (%). As in InRouteTest."""
 WINDOW = 5
+"""Number of route points ahead that are searched. As in InRouteTest."""
 FAILURE = "Agent deviated from the route"
 
 
 class InRoute(Criterion):
-    """Fails 30 m beside the route, or after 30 % of its length was driven 15 m beside it."""
+    """Fails 30 m from the route, or after 30 % of its length at least 15 m from it."""
 
     kind = "route_dev"
 
@@ -29,7 +33,7 @@ class InRoute(Criterion):
             return
         walk, place = self._walk, moment.location
         window = range(self._index, min(self._index + WINDOW + 1, len(walk)))
-        # Of equally near points the last one counts.
+        # The last one of equally near points counts.
         nearest_m, index = min((walk.distance_m(k, place), -k) for k in window)
         index = -index
         off = nearest_m >= FAR_M

@@ -7,14 +7,16 @@ from stucksolver_eval.criteria.route_completion import WINDOW
 from stucksolver_eval.criteria.route_position import RouteWalk
 
 CHECKPOINTS = 20
+"""Number of checkpoints of a route. As in MinimumSpeedRouteTest."""
 LAST_SHARE = 0.95
+"""Share of the route from which its end counts as reached: the start of the last of 20 stretches."""
 
 
 class MinSpeed(Criterion):
     """One entry per twentieth of the route, and two equal ones for the last if the route's end is reached.
 
-    The benchmark's rule ignores a stuck end: a checkpoint that is not reached has no entry. `stuck_end` is the
-    percentage of that unfinished stretch, None if the route's end was reached.
+    The benchmark's rule ignores an immobilized end: a checkpoint that is not reached has no entry. `stuck_end` is the
+    percentage of that unfinished stretch, or None if the route's end was reached.
     """
 
     kind = "min_speed_infractions"

@@ -25,11 +25,11 @@ if TYPE_CHECKING:
 
 
 class ScenarioFeed(Protocol):
-    """What scenarios tell the criteria (see `scenarios.play.Play`)."""
+    """Input from scenarios (see `scenarios.player`)."""
 
     @property
     def events(self) -> Sequence[Any]:
-        """The scenarios' results so far."""
+        """Results of the scenarios up to now."""
 
     @property
     def suspended(self) -> frozenset[str]:
@@ -76,7 +76,7 @@ class CriteriaMonitor:
         """Judge one tick.
 
         Returns:
-            The failure that ends the route, `""` if its end is reached, else None.
+            The failure that ends the route, `""` at its end, else None.
         """
         self._second_collision_test()
         if self.completion.complete:
@@ -88,7 +88,7 @@ class CriteriaMonitor:
 
     @property
     def line(self) -> RouteLine:
-        """The route by which the drive is judged."""
+        """The route of the criteria."""
         return self._line
 
     def reroute(self, line: RouteLine) -> None:
@@ -97,7 +97,7 @@ class CriteriaMonitor:
         self._walk.change(self._line)
 
     def finish(self) -> None:
-        """Let every criterion judge the whole route; once, at its end."""
+        """Let every criterion judge the whole route, once, at its end."""
         for criterion in self._criteria:
             criterion.finish()
 
@@ -108,11 +108,11 @@ class CriteriaMonitor:
 
     @property
     def infractions(self) -> list[Infraction]:
-        """Return everything noted so far, in order of time."""
+        """All infractions up to now, in order of time."""
         return sorted((i for c in self._criteria for i in c.infractions), key=lambda i: i.time_s)
 
     def _second_collision_test(self) -> None:
-        """While `VehicleTurningRoutePedestrian` runs, the benchmark counts each collision twice."""
+        """Count each collision twice while `VehicleTurningRoutePedestrian` runs, as the benchmark does."""
         wanted = "collision" in self._stage.extra_criteria
         if wanted and self._extra is None:
             self._extra = Collisions(self._world, self._ego)

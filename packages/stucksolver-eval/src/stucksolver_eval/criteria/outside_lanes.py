@@ -10,11 +10,18 @@ from stucksolver_eval.criteria.criterion import Criterion, EgoTick, Infraction
 from stucksolver_eval.criteria.route_position import RouteWalk
 
 ALLOWED_OUT_M = 0.5
+"""Distance beyond a lane's edge that is still allowed (m). As in OutsideRouteLanesTest."""
 LEAVING_DEG = 120.0
+"""Angle to the lane's direction above which the ego is in a wrong lane after a junction (degrees).
+
+As in OutsideRouteLanesTest.
+"""
 JUMP_DEG = 150.0
+"""Change of the lane's direction above which the ego has changed sides (degrees). As in OutsideRouteLanesTest."""
 WINDOW = 3
+"""Number of route points ahead that are searched. As in OutsideRouteLanesTest."""
 WELL_INSIDE_M = 1.0
-"""This near to its centre is inside any lane: the usual case needs no second query of the map."""
+"""Distance from a lane's center that is inside any lane (m). It saves a second query of the map in the usual case."""
 
 
 class OutsideLanes(Criterion):
@@ -52,30 +59,28 @@ class OutsideLanes(Criterion):
             self.infractions = [Infraction(self.kind, time_s, text, percentage)]
 
     def _is_outside(self, place: Any, driving: Any) -> bool:
-        """True if it is farther from the centre of the nearest driving or parking lane than half its width plus
-        0.5 m.
-        """
+        """True if the distance to the nearest driving or parking lane's center exceeds half its width plus 0.5 m."""
         distance, width = place.distance(driving.transform.location), float(driving.lane_width)
         if distance < WELL_INSIDE_M:
             return False
         parking = self._map.get_waypoint(place, lane_type=carla.LaneType.Parking)
         if parking is not None:
-            beside = place.distance(parking.transform.location)
-            if distance >= beside:
-                distance, width = beside, float(parking.lane_width)
+            parking_distance = place.distance(parking.transform.location)
+            if distance >= parking_distance:
+                distance, width = parking_distance, float(parking.lane_width)
         return bool(distance > width / 2.0 + ALLOWED_OUT_M)
 
     def _follow_lane(self, here: Any, ego_yaw_deg: float) -> None:
         """Track whether the ego drives against its lane."""
         if here.is_junction:
-            # Lanes cross each other there.
+            # Lanes cross each other in junctions.
             self._wrong_lane = False
         elif (here.road_id, here.lane_id) != (self._last.road_id, self._last.lane_id):
             lane_yaw = float(here.transform.rotation.yaw)
             if self._last.is_junction:
                 self._wrong_lane = not between(lane_yaw - ego_yaw_deg, LEAVING_DEG)
             elif not between(float(self._last.transform.rotation.yaw) - lane_yaw, JUMP_DEG):
-                # Over to the oncoming side, or back from it.
+                # The ego has changed to the oncoming side, or back.
                 self._wrong_lane = not self._wrong_lane
         self._last = here
 

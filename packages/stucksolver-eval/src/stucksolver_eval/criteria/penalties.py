@@ -16,7 +16,7 @@ FACTORS = {
     "scenario_timeouts": 0.7,
     "yield_emergency_vehicle_infractions": 0.7,
 }
-"""Multiplied once per event."""
+"""Penalty factors, one multiplication per event."""
 OUTSIDE, MIN_SPEED = "outside_route_lanes", "min_speed_infractions"
 KINDS = (
     "collisions_layout",
@@ -34,6 +34,7 @@ KINDS = (
 )
 """The keys of a record's infractions, in the leaderboard's order."""
 DIGITS = 6
+"""Number of decimals of scores, as in the leaderboard."""
 
 
 @dataclass(frozen=True)
@@ -46,9 +47,7 @@ class RouteScores:
 
 
 def score_route(completion_pct: float, infractions: Iterable[Infraction]) -> RouteScores:
-    """Return the driving score of one route. Minimum speed entries cost nothing; lanes cost the share driven
-    outside.
-    """
+    """Return the driving score of one route. Low speed has no penalty. The penalty for lanes is the share outside."""
     penalty = 1.0
     for infraction in infractions:
         if infraction.kind == OUTSIDE:

@@ -10,10 +10,15 @@ import carla
 from stucksolver_eval.criteria.criterion import Criterion, EgoTick, place_text
 
 NEAR_M = 15.0
+"""Distance within which a light is checked (m). As in RunningRedLightTest."""
 STEP_M = 0.5
+"""Step of the search for the stop line (m). As in RunningRedLightTest."""
 LINE_PER_WIDTH = 0.6
+"""Half length of the stop line as a share of the lane's width. As in RunningRedLightTest."""
 TAIL_NEAR = 0.8
+"""Front end of the checked rear segment, as a share of the ego's half length. As in RunningRedLightTest."""
 TAIL_BEHIND_M = 1.0
+"""Length of the checked segment behind the ego (m). As in RunningRedLightTest."""
 Point = tuple[float, float]
 
 
@@ -34,7 +39,7 @@ class WatchedLight(NamedTuple):
 
 
 class RedLights(Criterion):
-    """Reports a light whose stop line the rear of the ego crosses while it is red."""
+    """Reports a red light if the rear of the ego crosses its stop line."""
 
     kind = "red_light"
 
@@ -82,7 +87,7 @@ def _sides(a: tuple[Point, Point], b: tuple[Point, Point]) -> bool:
 
 
 def _behind(moment: EgoTick, distance_m: float) -> Point:
-    """Return a point behind the ego's centre."""
+    """Return a point behind the ego's center."""
     yaw = math.radians(moment.transform.rotation.yaw)
     place = moment.location
     return place.x - distance_m * math.cos(yaw), place.y - distance_m * math.sin(yaw)
@@ -108,7 +113,7 @@ def _key(waypoint: carla.Waypoint) -> tuple[int, int]:
 
 
 def _before_junction(waypoint: carla.Waypoint) -> carla.Waypoint:
-    """Return the last waypoint before the junction ahead, in steps of half a metre."""
+    """Return the last waypoint before the junction ahead, in steps of half a meter."""
     while not waypoint.is_junction:
         following = waypoint.next(STEP_M)
         if not following or following[0].is_junction:

@@ -6,17 +6,20 @@ from stucksolver_eval.criteria.criterion import Criterion, EgoTick
 from stucksolver_eval.criteria.route_position import RouteWalk
 
 WINDOW = 2
+"""Number of route points ahead that are searched. As in RouteCompletionTest."""
 NEAR_END_PCT = 99.0
+"""Share of the route from which its end may count as reached (%). As in RouteCompletionTest."""
 NEAR_END_M = 10.0
+"""Distance from the destination at which it counts as reached (m). As in RouteCompletionTest."""
 
 
 class RouteCompletion(Criterion):
     """The completed part of the route.
 
     Attributes:
-        percentage: By the last point passed, looking at most three points ahead; 100 near the end.
-        index: That point.
-        complete: The destination is reached, and the route is over.
+        percentage: Share of the route up to the last passed point, at most three points ahead; 100 near the end.
+        index: Index of that point.
+        complete: True if the destination is reached, and the route is over.
     """
 
     kind = "route_completion"

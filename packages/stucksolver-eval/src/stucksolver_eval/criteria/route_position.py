@@ -1,4 +1,4 @@
-"""How far an ego is along a route's points, as the benchmark's route criteria need it."""
+"""The ego's position along a route's points, for the benchmark's route criteria."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ if TYPE_CHECKING:
 
 
 class RouteWalk:
-    """Plain lists of a `RouteLine`, fast for a few points at a time. CARLA's world frame, metres."""
+    """Plain lists of a `RouteLine`, fast for a few points at a time. CARLA's world frame, meters."""
 
     def __init__(self, line: RouteLine) -> None:
         self.change(line)
 
     def change(self, line: RouteLine) -> None:
-        """Continue on another line; its passed part must be the same."""
+        """Continue on another line. Its passed part must be the same."""
         self._places: list[list[float]] = line.xyz.tolist()
         self._forward: list[list[float]] = line.forward.tolist()
         self.s_m: list[float] = line.s_m.tolist()
@@ -50,6 +50,6 @@ class RouteWalk:
         return float(((location.x - x) ** 2 + (location.y - y) ** 2) ** 0.5)
 
     def distance_3d_m(self, index: int, location: carla.Location) -> float:
-        """Return the distance of a place to the route's point `index` (m), height included."""
+        """Return the distance of a position to the route's point `index` (m), with the height."""
         x, y, z = self._places[index]
         return float(((location.x - x) ** 2 + (location.y - y) ** 2 + (location.z - z) ** 2) ** 0.5)

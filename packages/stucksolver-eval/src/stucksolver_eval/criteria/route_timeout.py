@@ -12,15 +12,18 @@ if TYPE_CHECKING:
     import carla
 
 FIRST_S = 300.0
+"""Time limit before the first stretch (s). As in Bench2Drive."""
 SPEED_SHARE = 0.1
+"""Share of the speed limit that suffices for each stretch. As in Bench2Drive."""
 TICKS = 4000
+"""Maximum number of ticks of a route. As in Bench2Drive's TickRuntime."""
 TIMED_OUT, TICK_RUNTIME = "Agent timed out", "TickRuntime"
 
 
 class RouteTimeout(Criterion):
-    """300 s, plus for each driven stretch its time at a tenth of the speed limit.
+    """Limits the time to 300 s, plus the time of each driven stretch at a tenth of the speed limit.
 
-    A speed limit of 0 adds nothing (the benchmark's own code divides by it and abandons the route).
+    A speed limit of 0 adds nothing (the benchmark's own code divides by it and aborts the route).
     """
 
     kind = "route_timeout"
@@ -44,7 +47,7 @@ class RouteTimeout(Criterion):
 
 
 class TickRuntime(Criterion):
-    """Ends the route after 4000 ticks; no entry of its own. Suspended ticks do not count."""
+    """Ends the route after 4000 ticks, without an entry. Suspended ticks do not count."""
 
     kind = "tick_runtime"
 

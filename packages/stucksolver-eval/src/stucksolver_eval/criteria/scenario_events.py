@@ -1,4 +1,4 @@
-"""What scenarios report themselves: too slow (ScenarioTimeoutTest), an emergency vehicle not let pass (YieldTo...)."""
+"""Infractions that scenarios report: too slow (ScenarioTimeoutTest), no yield to an emergency vehicle (YieldTo...)."""
 
 from __future__ import annotations
 

@@ -10,15 +10,18 @@ if TYPE_CHECKING:
     import carla
 
 NEAR_M = 4.0
+"""Distance within which a sign is checked (m). As in RunningStopTest."""
 STEP_M = 0.5
+"""Step along the lane ahead (m). As in RunningStopTest."""
 STEPS = int(NEAR_M / STEP_M)
 BOX_FACTOR = 1.2
+"""Enlargement of the trigger box. As in RunningStopTest."""
 AGAINST = -0.17
-"""Cosine of about 100 degrees: beyond it the ego drives backwards, or against its lane."""
+"""Cosine of about 100 degrees. Beyond it the ego drives backwards, or against its lane. As in RunningStopTest."""
 
 
 class StopSign(NamedTuple):
-    """A sign's trigger box: centre, and half sizes along the world's axes."""
+    """A sign's trigger box: center, and half sizes along the world's axes."""
 
     actor: carla.Actor
     center: Any
@@ -27,7 +30,7 @@ class StopSign(NamedTuple):
 
 
 class StopSigns(Criterion):
-    """Reports a sign whose box the ego leaves without having stood still."""
+    """Reports a sign if the ego leaves its box without a stop."""
 
     kind = "stop_infraction"
 
@@ -59,7 +62,7 @@ class StopSigns(Criterion):
         self._target, self._stopped = None, False
 
     def _any_near(self, place: Any) -> bool:
-        # The lane's point is within half a lane of the ego.
+        # The distance of the lane's point from the ego is at most half a lane.
         reach = 2.0 * NEAR_M
         return any(abs(s.center.x - place.x) < reach and abs(s.center.y - place.y) < reach for s in self._signs)
 

@@ -1,4 +1,4 @@
-"""The drivers, by name: our own, or an agent of the user's."""
+"""The drivers by name: those of StuckSolver, or an agent of the user."""
 
 from stucksolver_eval.drivers.agent import Agent, AgentError, RouteDriver
 from stucksolver_eval.drivers.factory import DriverNameError, carries_sensors, check_driver, make_driver

@@ -13,41 +13,44 @@ if TYPE_CHECKING:
 
 
 class AgentError(RuntimeError):
-    """A user's agent violated its interface. The message names the agent, what it did and what is required."""
+    """A user's agent violated its interface. The message names the agent, the violation and the requirement."""
 
 
 class Agent(Protocol):
     """An agent that drives a route. It is created as `Class(vehicle, carla_map)` with the ego at the route's start.
 
-    With `MODULE:CLASS@FILE` it is created as `Class(vehicle, carla_map, FILE)`, with the file name as given. If it has
-    a method `close()`, that is called at the end.
+    With `MODULE:CLASS@FILE` it is created as `Class(vehicle, carla_map, FILE)`, with the file name unchanged. A method
+    `close()`, if it exists, is called at the end.
     """
 
     def set_route(self, route: Sequence[RoutePoint]) -> None:
-        """Take a route, about one point per metre. Called before the first step and whenever the route changes."""
+        """Set a route of about one point per meter.
+
+        Called before the first step and after every change of the route.
+        """
 
     def run_step(self) -> Any:
         """Return this tick's `carla.VehicleControl` without applying it. Not called while a recovery plan runs."""
 
 
 class RouteDriver(Driver, Protocol):
-    """A driver that takes a route, and knows how much of a path is left."""
+    """A driver that accepts a route, and reports the remaining length of its path."""
 
     @property
     def path_left_m(self) -> float:
-        """Remaining length of the path that is being driven (m)."""
+        """Remaining length of the current path (m)."""
 
     def set_route(self, route: Sequence[RoutePoint]) -> None:
         """Drive this route."""
 
 
-def checked(control: carla.VehicleControl, who: str) -> Any:
-    """Return the control if its values are finite numbers. Raises `AgentError`, which names `who`."""
+def checked(control: carla.VehicleControl, name: str) -> Any:
+    """Return the control if its values are finite numbers. Raises `AgentError`, which names `name`."""
     values = {part: getattr(control, part, None) for part in ("throttle", "steer", "brake")}
     if all(isinstance(value, int | float) and math.isfinite(value) for value in values.values()):
         return control
-    given = ", ".join(f"{part} {value}" for part, value in values.items())
+    values_text = ", ".join(f"{part} {value}" for part, value in values.items())
     raise AgentError(
-        f"{who}.run_step returned a {type(control).__name__} with {given}: "
+        f"{name}.run_step returned a {type(control).__name__} with {values_text}: "
         "it must return a carla.VehicleControl with finite throttle, steer and brake"
     )

@@ -24,7 +24,7 @@ USUAL = "normal"
 
 
 class DriverNameError(ValueError):
-    """There is no such driver; the message says what is wrong with its name or its class."""
+    """There is no such driver. The message describes the error in its name or its class."""
 
 
 def check_driver(words: str) -> None:
@@ -34,7 +34,7 @@ def check_driver(words: str) -> None:
         try:
             profile_named(rest or USUAL)
         except ValueError as error:
-            raise DriverNameError(f"unknown driver {words!r}: {error}") from error
+            raise DriverNameError(f"unknown driver: {words!r}: {error}") from error
         return
     _loaded(words)
 
@@ -55,13 +55,13 @@ def make_driver(
 ) -> RouteDriver:
     """Create a driver with its route.
 
-    Our drivers, including the one that follows plans for an agent, perceive through `sensed` if it is given. A user's
-    agent gets the hero itself.
+    With `sensed`, StuckSolver's drivers use its perception, and so does the one that follows plans for an agent. A
+    user's agent gets the hero itself.
 
     Raises:
         DriverNameError: There is no such driver.
         AgentError: The agent violates its interface.
-        Exception: Whatever the user's agent raises.
+        Exception: Any exception of the user's agent.
     """
     name, _, profile = words.partition(":")
     ego: Any = sensed or hero
@@ -86,20 +86,20 @@ def _loaded(words: str) -> tuple[Any, str]:
     module, _, name = words.partition(":")
     if not module or not name:
         raise DriverNameError(
-            f"unknown driver {words!r}: use behavior or planner, each with :PROFILE, or your own agent as MODULE:CLASS"
+            f"unknown driver: {words!r}. Use behavior or planner, each with :PROFILE, or your own agent as MODULE:CLASS"
         )
     try:
         made = getattr(importlib.import_module(module), name)
     except Exception as error:
         raise DriverNameError(
-            f"driver {words!r} cannot be loaded: {type(error).__name__}: {error}; "
-            "its module must be in the current folder, on PYTHONPATH or installed"
+            f"cannot load driver: {words!r}: {type(error).__name__}: {error}. "
+            "Its module must be in the current folder, on PYTHONPATH or installed"
         ) from error
     if not callable(made):
-        raise DriverNameError(f"driver {words!r} is not a class")
+        raise DriverNameError(f"not a class: driver {words!r}. Name a class")
     lacking = [part for part in ("set_route", "run_step") if not hasattr(made, part)]
     if lacking and not is_leaderboard_agent(made):
         raise DriverNameError(
-            f"driver {words!r} is not an agent: it has no {' and no '.join(lacking)}; see examples/own_driver.py"
+            f"not an agent: driver {words!r} has no {' and no '.join(lacking)}. See examples/own_driver.py"
         )
     return made, config

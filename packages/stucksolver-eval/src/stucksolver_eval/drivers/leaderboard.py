@@ -1,7 +1,7 @@
 """Runs an agent written for the CARLA leaderboard (a subclass of `AutonomousAgent`) without the leaderboard.
 
-The agent gets what the leaderboard's documentation promises: its sensors' data by id, a route in world and GNSS
-coordinates, and the time since the start.
+The agent gets the input that the leaderboard documents: its sensors' data by id, a route in world and GNSS coordinates,
+and the time since the start.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from stucksolver_carla.drivers.behavior import RoutePoint
 from stucksolver_eval.drivers.agent import AgentError
 
 PICTURES_LIMIT_S = 60.0
-"""Wall time limit for the data of all sensors of a tick; the first images of a town take longest."""
+"""Wall time limit for the data of all sensors of a tick (s). The first images of a town take longest. Ours."""
 PLACE = ("x", "y", "z", "roll", "pitch", "yaw")
 NAMES = {"width": "image_size_x", "height": "image_size_y"}
 """Fields of a sensor's description that have another name in the blueprint."""
-GIVEN: dict[str, dict[str, float]] = {
+FIXED_ATTRIBUTES: dict[str, dict[str, float]] = {
     "sensor.lidar.ray_cast": {
         "channels": 64,
         "range": 85.0,
@@ -44,7 +44,7 @@ GIVEN: dict[str, dict[str, float]] = {
     "sensor.other.imu": {f"noise_{kind}_stddev_{axis}": 0.001 for kind in ("accel", "gyro") for axis in "xyz"},
     "sensor.other.gnss": {f"noise_{axis}_stddev": 0.000005 for axis in ("lat", "lon", "alt")},
 }
-"""Attributes by sensor type that the CARLA leaderboard fixes; agents cannot change them."""
+"""Attributes by sensor type that the CARLA leaderboard fixes. Agents cannot change them."""
 SPEED, TOWN = "sensor.speedometer", "sensor.opendrive_map"
 """Pseudo-sensors of the leaderboard that the simulator does not have."""
 
@@ -136,10 +136,10 @@ class LeaderboardAgent:
         library = self._world.get_blueprint_library()
         found = list(library.filter(kind))
         if not found:
-            raise AgentError(f"{self._name} asks for a sensor {kind!r}, which this simulator does not have")
+            raise AgentError(f"{self._name} requires a sensor {kind!r}, which this simulator does not have")
         blueprint = found[0]
-        for name, given in GIVEN.get(kind, {}).items():
-            blueprint.set_attribute(name, str(given))
+        for name, fixed_value in FIXED_ATTRIBUTES.get(kind, {}).items():
+            blueprint.set_attribute(name, str(fixed_value))
         for name, value in spec.items():
             attribute = NAMES.get(name, name)
             if name not in (*PLACE, "type", "id", "sensor_tick") and blueprint.has_attribute(attribute):
@@ -154,7 +154,7 @@ class _LeaderboardSensor(ABC):
 
     @abstractmethod
     def read(self, frame: int, until_s: float) -> Any:
-        """Return the data of a frame; waits until `until_s` on the monotonic clock. Raises `AgentError`."""
+        """Return the data of a frame. Waits until `until_s` on the monotonic clock. Raises `AgentError`."""
 
     def close(self) -> None:  # noqa: B027 (most need nothing here)
         """Release the sensor."""
@@ -178,10 +178,13 @@ class _TownMap(_LeaderboardSensor):
 
 
 class _Listening(_LeaderboardSensor):
-    """A sensor of the simulator. Only its latest data is kept, because nobody reads it while a plan runs."""
+    """A sensor of the simulator.
 
-    def __init__(self, actor: carla.Sensor, who: str) -> None:
-        self._actor, self._who = actor, who
+    It stores only its latest data, because the agent does not read it while a plan runs.
+    """
+
+    def __init__(self, actor: carla.Sensor, agent_name: str) -> None:
+        self._actor, self._agent_name = actor, agent_name
         self._latest: Any | None = None
         self._came = threading.Condition()
         actor.listen(self._take)
@@ -197,13 +200,14 @@ class _Listening(_LeaderboardSensor):
                 return _as_array(self._latest)
         kind = self._actor.type_id
         raise AgentError(
-            f"{kind}, which {self._who} requires, sent no data for frame {frame} within {PICTURES_LIMIT_S:.0f} s"
+            f"{kind}, which {self._agent_name} requires, sent no data for frame {frame} within {PICTURES_LIMIT_S:.0f} s"
         )
 
     def _is_of(self, frame: int) -> bool:
         return self._latest is not None and self._latest.frame >= frame
 
     def close(self) -> None:
+        # The server may already have ended, and then the sensor is gone too.
         with contextlib.suppress(RuntimeError):
             self._actor.stop()
             self._actor.destroy()
@@ -221,7 +225,7 @@ def _as_array(data: Any) -> Any:
     if isinstance(data, carla.LidarMeasurement):
         return np.frombuffer(data.raw_data, dtype=np.float32).reshape(-1, 4).copy()
     if isinstance(data, carla.RadarMeasurement):
-        # CARLA orders velocity, altitude, azimuth, depth; agents get the reverse.
+        # CARLA's order is velocity, altitude, azimuth, depth. Agents get the reverse.
         return np.frombuffer(data.raw_data, dtype=np.float32).reshape(-1, 4)[:, ::-1].copy()
     if isinstance(data, carla.GnssMeasurement):
         return np.array([data.latitude, data.longitude, data.altitude])

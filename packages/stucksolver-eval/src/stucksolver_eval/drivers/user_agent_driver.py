@@ -1,4 +1,4 @@
-"""A user's agent as a driver: the agent drives the route, and our driver follows the paths of recovery plans."""
+"""A user's agent as a driver: the agent drives the route, and a built-in driver follows the paths of recovery plans."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from stucksolver_eval.drivers.agent import Agent, checked
 
 
 class UserAgentDriver:
-    """Implements `RouteDriver`. `helper` keeps the route, and drives while a path is followed or the vehicle is held.
+    """Implements `RouteDriver`. `helper` stores the route, and drives while a path is followed or the vehicle is held.
 
-    The agent cannot follow paths that others have planned, so its `run_step` is not called in the meantime.
+    The agent cannot follow the paths of other planners, so its `run_step` is not called in the meantime.
     """
 
     def __init__(self, agent: Agent, name: str, helper: BehaviorDriver) -> None:
         self._agent, self._name, self._helper = agent, name, helper
-        self._told = False
+        self._is_helper_driving = False
         """True while the helper follows a path or holds the vehicle."""
 
     @property
     def route(self) -> Sequence[RoutePoint]:
-        """The route that the agent was given."""
+        """The agent's route."""
         return self._helper.route
 
     @property
@@ -47,7 +47,7 @@ class UserAgentDriver:
 
     def run_step(self) -> Any:
         """Return the agent's control, or the helper's while a plan runs. Raises `AgentError`."""
-        if self._told:
+        if self._is_helper_driving:
             return self._helper.run_step()
         self._helper.keep_up()
         return checked(self._agent.run_step(), self._name)
@@ -57,22 +57,22 @@ class UserAgentDriver:
         return self._helper.done()
 
     def follow(self, path: Sequence[DrivePoint], reverse: bool = False, ignore: Collection[int] = frozenset()) -> None:
-        """Follow a plan's path; the agent does not drive until `release`."""
+        """Follow a plan's path. The agent does not drive until `release`."""
         self._helper.follow(path, reverse, ignore)
-        self._told = True
+        self._is_helper_driving = True
 
     def hold(self, brake_mps2: float | None = None) -> None:
-        """Stop and stand until `release`."""
+        """Stop and stay stopped until `release`."""
         self._helper.hold(brake_mps2)
-        self._told = True
+        self._is_helper_driving = True
 
     def release(self) -> None:
-        """Return the vehicle to the agent."""
+        """Return control to the agent."""
         self._helper.release()
-        self._told = False
+        self._is_helper_driving = False
 
     def close(self) -> None:
-        """Close the agent, if it can be closed."""
+        """Close the agent, if it has a method `close`."""
         close = getattr(self._agent, "close", None)
         if close is not None:
             close()

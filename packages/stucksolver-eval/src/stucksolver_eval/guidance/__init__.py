@@ -1,4 +1,4 @@
-"""What a passenger says on which route, and when."""
+"""Utterances of a passenger by route, and their times."""
 
 from stucksolver_eval.guidance.script import GuidanceError, Script, ScriptLine, ScriptTrigger, read_script
 from stucksolver_eval.guidance.script_player import ScriptPlayer

@@ -1,9 +1,10 @@
-"""Draws what is said on which routes of the shipped suites, by seed and scenario type.
+"""Draws the utterances for routes of the shipped suites, by seed and scenario type.
 
-    python -m stucksolver_eval.guidance.assignment            # rewrites suites/data/guidance-*.json; always the same
-    result
+```sh
+python -m stucksolver_eval.guidance.assignment   # rewrites suites/data/guidance-*.json; the result is always the same
+```
 
-About 15 % of each suite's routes are drawn. The results of drives play no part.
+About 15 % of each suite's routes are drawn, independently of the results of drives.
 """
 
 from __future__ import annotations
@@ -19,9 +20,10 @@ from stucksolver_eval.suites import DATA, suite
 
 SUITES = ("bench220", "dev", "immobilized")
 SEED = 24
+"""Seed of the draw. Ours."""
 
 
-def drawn(name: str, seed: int = SEED) -> Script:
+def draw_script(name: str, seed: int = SEED) -> Script:
     """Return the script of a suite. Raises `ValueError` if it has too few routes for a kind of help."""
     left = {route.id: route for route in suite(name).routes}
     random = Random(f"{name}:{seed}")
@@ -48,7 +50,7 @@ def _lines(kind: GuidanceKind, route: Route) -> tuple[ScriptLine, ...]:
 
 
 def _trigger_m(route: Route) -> float:
-    """Return roughly where on the route its first scenario starts (m); routes are nearly straight up to there."""
+    """Return the approximate start of the first scenario on the route (m). Routes are nearly straight up to there."""
     start, trigger = route.waypoints[0], route.scenarios[0].trigger.position
     return round(math.dist((start.x_m, start.y_m), (trigger.x_m, trigger.y_m)), 1)
 
@@ -56,7 +58,7 @@ def _trigger_m(route: Route) -> float:
 def main() -> None:
     """Write the scripts."""
     for name in SUITES:
-        lines = drawn(name).model_dump(mode="json", exclude_none=True, exclude_defaults=True)
+        lines = draw_script(name).model_dump(mode="json", exclude_none=True, exclude_defaults=True)
         text = json.dumps({"version": 1, **lines}, indent=1) + "\n"
         (DATA / f"guidance-{name}.json").write_text(text, encoding="utf-8")
 

@@ -1,7 +1,7 @@
-"""What a person may say or answer in which situation: kinds of help and of harmful advice, with their wordings.
+"""Utterances and replies of a person by situation: kinds of help and of harmful advice, with their wordings.
 
-They were written before anything was driven with them. Each kind lists the scenario types in which it can matter, and
-how often it is drawn for each suite (`draw.py`).
+They were written before any drive with them. Each kind lists the scenario types in which it can matter, and its number
+of routes in each suite (`assignment.py`).
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ FLOWS = (
     "SignalizedJunctionRightTurn",
 )
 ANSWERS_S, LATE_S = 4.0, 24.0
-"""Response times of a quick and of a late person; a question is withdrawn after 30 s."""
+"""Response times of a quick and of a late person (s). A question is withdrawn after 30 s. Ours."""
 PASS = (
     "Overtake them swiftly as soon as nobody is coming.",
     "Please go round that on the left when the other side is free.",
@@ -272,4 +272,4 @@ HELPS: tuple[GuidanceKind, ...] = (
         immobilized=2,
     ),
 )
-"""Drawn in this order; a route is drawn for at most one kind."""
+"""The kinds in the order of the draw. A route is drawn for at most one kind."""

@@ -1,11 +1,13 @@
 """Guidance scripts: JSON by route id. The seed chooses the wording, so different seeds use different wordings.
 
-    {"version": 1, "routes": {"2101": [
-        {"when": {"stopped_s": 6}, "say": ["please overtake them", "go around the parked car"], "kind": "helpful"},
-        {"when": {"asked": "operator", "after_s": 4}, "answer": "yes", "by": "operator", "help": "broken light"}]}}
+```json
+{"version": 1, "routes": {"2101": [
+  {"when": {"stopped_s": 6}, "say": ["please overtake them", "go around the parked car"], "kind": "helpful"},
+  {"when": {"asked": "operator", "after_s": 4}, "answer": "yes", "by": "operator", "help": "broken light"}]}}
+```
 
-`when` has one of `time_s` (since the start), `stopped_s` (time at a standstill), `place_m` (along the route) or `asked`
-(a question to that person has been open for `after_s`). A line says something, or answers a question with yes or no.
+`when` has one of `time_s` (since the start), `stopped_s` (duration of the stop), `place_m` (along the route) or `asked`
+(a question to that person has been open for `after_s`). A line contains an utterance, or a yes or no to a question.
 """
 
 from __future__ import annotations
@@ -24,11 +26,11 @@ Kind = Literal["helpful", "unhelpful", "wrong", "late", "dangerous"]
 
 
 class GuidanceError(ValueError):
-    """A guidance script cannot be used; the message names file, place and remedy."""
+    """A guidance script cannot be used. The message names the file, the position and the remedy."""
 
 
 class ScriptTrigger(FrozenModel):
-    """When a line is due: exactly one of the first four fields is set."""
+    """Condition under which a line is due: exactly one of the first four fields is set."""
 
     time_s: float | None = Field(default=None, ge=0)
     stopped_s: float | None = Field(default=None, ge=0)
@@ -45,7 +47,7 @@ class ScriptTrigger(FrozenModel):
 
 
 class ScriptLine(FrozenModel):
-    """Something said once on a route, in one of several wordings, or a question answered once with yes or no."""
+    """An utterance, once on a route and in one of several wordings, or a yes or no to a question."""
 
     when: ScriptTrigger
     say: tuple[str, ...] = ()
@@ -60,11 +62,11 @@ class ScriptLine(FrozenModel):
         if bool(self.say) == (self.answer is not None):
             raise ValueError("give either say, with at least one wording, or answer")
         if self.answer is not None and self.when.asked is None:
-            raise ValueError("an answer needs `when` with `asked`: name who was asked")
+            raise ValueError("an answer needs `when` with `asked`: name the person")
         return self
 
     def wording(self, random: Random) -> str:
-        """Return a random one of its wordings, or its answer."""
+        """Return a random wording of the line, or its answer."""
         return random.choice(self.say) if self.say else str(self.answer)
 
 
@@ -75,20 +77,22 @@ class Script(FrozenModel):
     routes: dict[str, tuple[ScriptLine, ...]]
 
     def lines(self, route_id: str) -> tuple[ScriptLine, ...]:
-        """Return the lines of a route; none for a route that is not in the script."""
+        """Return the lines of a route; none for a route that the script does not contain."""
         return self.routes.get(route_id, ())
 
 
 def read_script(path: Path, known: Collection[str] = ()) -> Script:
-    """Read a script. With `known` route ids, at least one must be in the script. Raises `GuidanceError`."""
+    """Read a script. With `known` route ids, the script must contain at least one. Raises `GuidanceError`."""
     try:
         script = Script.model_validate_json(path.read_text(encoding="utf-8"))
     except OSError as error:
-        raise GuidanceError(f"{path} cannot be read: {error.strerror}; give a guidance script") from error
+        raise GuidanceError(f"cannot read file: {path}: {error.strerror}. Give a guidance script") from error
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(str(part) for part in first["loc"]) or "the file"
-        raise GuidanceError(f"{path}: {where}: {first['msg']}; see docs/evaluate.md for the format") from error
+        raise GuidanceError(
+            f"invalid guidance script: {path}: {where}: {first['msg']}. See docs/evaluate.md for the format"
+        ) from error
     if known and not set(script.routes) & set(known):
-        raise GuidanceError(f"{path}: none of its routes is in the suite; give the script that belongs to it")
+        raise GuidanceError(f"no route of the suite in file: {path}. Give the script that belongs to the suite")
     return script

@@ -1,4 +1,4 @@
-"""Says the lines of a route and answers questions when they are due."""
+"""Sends the lines of a route and answers questions when they are due."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from stucksolver_eval.guidance.script import ScriptLine
 
 
 class ScriptPlayer:
-    """Call `due` once per tick; each line is said once."""
+    """Call `due` once per tick. Each line is due once."""
 
     def __init__(self, lines: Sequence[ScriptLine], random: Random) -> None:
         self._left = [(line, line.wording(random)) for line in lines]
         self._moved_s: float | None = None
         self._question: tuple[str, float] | None = None
-        """Id of the open question, and the time at which it was asked (s)."""
+        """Id of the open question, and its time (s)."""
 
     def due(
         self, time_s: float, place_m: float, speed_mps: float, question: Question | None = None
@@ -32,9 +32,11 @@ class ScriptPlayer:
         elif self._question is None or self._question[0] != question.id:
             self._question = (question.id, time_s)
         stopped_s = time_s - self._moved_s
-        said = [(line, text) for line, text in self._left if self._is_due(line, time_s, place_m, stopped_s, question)]
-        self._left = [item for item in self._left if item not in said]
-        return said
+        due_lines = [
+            (line, text) for line, text in self._left if self._is_due(line, time_s, place_m, stopped_s, question)
+        ]
+        self._left = [item for item in self._left if item not in due_lines]
+        return due_lines
 
     def _is_due(
         self, line: ScriptLine, time_s: float, place_m: float, stopped_s: float, question: Question | None

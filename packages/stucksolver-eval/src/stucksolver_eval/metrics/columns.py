@@ -1,4 +1,4 @@
-"""The columns in which runs are compared, and published rows for reference."""
+"""The columns of comparisons, and published rows for reference."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def number(value: float | None, digits: int = 2) -> str:
 
 
 def run_name(summary: Summary) -> str:
-    """Return a run's name in tables: driver, recovery, guidance and anything special."""
+    """Return a run's name in tables: driver, recovery, guidance and any special setting."""
     m = summary.manifest
     helped = {"none": "driver alone", "timers": "driver + timers"}.get(m.recovery, f"driver + {m.recovery}")
     helped += f" + {m.reasoner}" if m.reasoner else ""
@@ -84,7 +84,7 @@ def ability_row(summary: Summary) -> Row:
 
 
 def published_ability_rows() -> list[Row]:
-    """Return the rows of those that published their abilities."""
+    """Return the rows of the publications that contain abilities."""
     return [(row.name, *(number(value, 1) for value in row.abilities)) for row in PUBLISHED if row.abilities]
 
 
@@ -116,7 +116,7 @@ RECOVERY_HEAD = (
 
 
 def recovery_row(summary: Summary) -> Row:
-    """Return what a run's recovery did and cost, in the order of `RECOVERY_HEAD`."""
+    """Return the effect and the cost of a run's recovery, in the order of `RECOVERY_HEAD`."""
     f = summary.recovery
     latency = sum(f.latencies_s) / len(f.latencies_s) if f.latencies_s else None
     rungs = ", ".join(f"{name} {count}" for name, count in f.by_rung.most_common()) or "–"
@@ -131,8 +131,8 @@ def recovery_row(summary: Summary) -> Row:
         rungs,
         str(f.false),
         str(f.missed),
-        _beside(f.harm, f.harm_alone),
-        _beside(f.infractions, f.infractions_alone),
+        _with_alone(f.harm, f.harm_alone),
+        _with_alone(f.infractions, f.infractions_alone),
         f"{f.right}/{f.judged}" if f.judged else "–",
         number(f.queries / f.routes if f.routes else None),
         str(f.dropped),
@@ -147,5 +147,5 @@ def recovery_row(summary: Summary) -> Row:
     )
 
 
-def _beside(count: int, alone: int | None) -> str:
+def _with_alone(count: int, alone: int | None) -> str:
     return str(count) if alone is None else f"{count} ({alone})"

@@ -26,7 +26,7 @@ Compared = dict[str, tuple[Interval, Interval, Difference]]
 
 
 def comparison(first: Summary, second: Summary) -> Compared:
-    """Return each figure of both, and of the paired difference.
+    """Return each metric of both, and of the paired difference.
 
     Raises:
         ComparisonError: They have no routes or seeds in common.
@@ -34,11 +34,11 @@ def comparison(first: Summary, second: Summary) -> Compared:
     ours, theirs = first.manifest, second.manifest
     if ours.suite_digest != theirs.suite_digest:
         raise ComparisonError(
-            f"the routes differ: A has {ours.routes} of {ours.suite}, B has {theirs.routes} of {theirs.suite}; "
-            "compare evaluations of the same routes"
+            f"different routes: A has {ours.routes} of {ours.suite}, B has {theirs.routes} of {theirs.suite}. "
+            "Compare evaluations of the same routes"
         )
     if not set(ours.seeds) & set(theirs.seeds):
-        raise ComparisonError(f"no seed in common: {ours.seeds} and {theirs.seeds}; run both with the same seeds")
+        raise ComparisonError(f"no seed in common: {ours.seeds} and {theirs.seeds}. Run both with the same seeds")
     return {name: _compared(first, second, figure) for name, figure in FIGURES.items()}
 
 

@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterable, Sequence
 
 MOST_PCT = 1000.0
+"""Largest entry that counts (%). As in Bench2Drive's tool."""
 _PERCENTAGE = re.compile(r"\b(\d+\.?\d*)%")
 
 
@@ -19,15 +20,15 @@ def percentages(texts: Iterable[str]) -> list[float]:
     for text in texts:
         match = _PERCENTAGE.search(text)
         if match is None:
-            raise ValueError(f"a minimum speed entry has no percentage: {text!r}")
+            raise ValueError(f"no percentage in a minimum speed entry: {text!r}")
         found.append(float(match[1]))
     return found
 
 
 def route_efficiency(texts: Iterable[str]) -> float | None:
     """Return the mean of the entries up to 1000 %; None without any (the public tool divides by zero)."""
-    kept = [value for value in percentages(texts) if value <= MOST_PCT]
-    return sum(kept) / len(kept) if kept else None
+    counted = [value for value in percentages(texts) if value <= MOST_PCT]
+    return sum(counted) / len(counted) if counted else None
 
 
 def efficiency(routes: Iterable[Sequence[str]]) -> float | None:
@@ -37,11 +38,11 @@ def efficiency(routes: Iterable[Sequence[str]]) -> float | None:
 
 
 def corrected_efficiency(routes: Iterable[tuple[Sequence[str], float | None]]) -> float | None:
-    """Return the same without the benchmark's two errors.
+    """Return the same value without the benchmark's two errors.
 
-    The stretch on which a route got stuck counts as well (the benchmark notes a stretch only when its end is reached),
-    and the last stretch counts once, not twice. Each route comes with the percentage on its unfinished stretch, None if
-    it reached its end.
+    The stretch on which a route got immobilized counts as well (the benchmark records a stretch only when its end is
+    reached), and the last stretch counts once, not twice. Each route has the percentage on its unfinished stretch, or
+    None if it reached its end.
     """
     values = []
     for texts, stuck_end in routes:
@@ -50,7 +51,7 @@ def corrected_efficiency(routes: Iterable[tuple[Sequence[str], float | None]]) -
             entries.append(stuck_end)
         elif len(entries) > 1:
             entries.pop()
-        kept = [value for value in entries if value <= MOST_PCT]
-        if kept:
-            values.append(sum(kept) / len(kept))
+        counted = [value for value in entries if value <= MOST_PCT]
+        if counted:
+            values.append(sum(counted) / len(counted))
     return sum(values) / len(values) if values else None

@@ -1,4 +1,4 @@
-"""The benefit and the cost of a person's words, by the kind of help: guided minus unguided, route by route."""
+"""The benefit and the cost of guidance by kind of help: guided minus unguided, route by route."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ KINDS = ("helpful", "late", "unhelpful", "wrong", "dangerous")
 
 @dataclass(frozen=True)
 class GuidanceEffect:
-    """One kind of help. Differences are guided minus unguided, for the routes on which it was given.
+    """One kind of help. Differences are guided minus unguided, for the routes with this help.
 
     Attributes:
         score: Points of driving score.
         success: Percentage points.
-        harm: Additional infractions and near misses in all its drives.
-        won: Drives that succeed only with guidance.
-        lost: Drives that succeed only without it.
+        harm: Additional infractions and near misses in all its runs.
+        won: Runs that succeed only with guidance.
+        lost: Runs that succeed only without it.
     """
 
     help: str
@@ -38,19 +38,20 @@ Pair = tuple[RouteRow, RouteRow]
 
 
 def help_figures(unguided: Summary, guided: Summary) -> list[GuidanceEffect]:
-    """Return a row for each kind of help, and one for each group of kinds (with an empty `help`), in the order of
-    `KINDS`.
+    """Return a row for each kind of help, and one for each group of kinds with an empty `help`.
 
-    A drive counts for the kind of the first line said in it; a drive without one counts for none.
+    The order is that of `KINDS`.
+
+    A run counts for the kind of its first line. A run without a line counts for none.
     """
     before = {(row.route.id, row.seed): row for row in unguided.rows}
     groups: dict[tuple[str, str], list[Pair]] = {}
     for row in guided.rows:
-        said = () if row.outcome is None else row.outcome.guidance
+        guidance = () if row.outcome is None else row.outcome.guidance
         pair = before.get((row.route.id, row.seed))
-        if said and pair is not None:
-            groups.setdefault((said[0].kind, ""), []).append((pair, row))
-            groups.setdefault((said[0].kind, said[0].help), []).append((pair, row))
+        if guidance and pair is not None:
+            groups.setdefault((guidance[0].kind, ""), []).append((pair, row))
+            groups.setdefault((guidance[0].kind, guidance[0].help), []).append((pair, row))
     order = sorted(groups, key=lambda key: (KINDS.index(key[0]), key[1]))
     return [_figures(kind, name, groups[kind, name]) for kind, name in order]
 

@@ -76,12 +76,12 @@ ABILITIES: dict[str, frozenset[str]] = {
     ),
 }
 JUNCTION_POINTS = 8
-"""A failed route of Traffic_Signs counts when it got so many points beyond the entry of its first junction."""
+"""Number of route points beyond the entry of the first junction from which a failed route of Traffic_Signs counts."""
 
 
 @dataclass(frozen=True)
 class AbilityCase:
-    """A route with a record, as the abilities need it.
+    """A route with a record, as input of the abilities.
 
     `first_junction` is the 1-based index of the first junction point among the route's `points`; None without one.
     """
@@ -90,7 +90,7 @@ class AbilityCase:
     success: bool
     completion_pct: float
     obeyed: bool
-    """True if neither a stop sign nor a red light was run."""
+    """True if the ego ran neither a stop sign nor a red light."""
     first_junction: int | None
     points: int
 
@@ -98,7 +98,7 @@ class AbilityCase:
 def ability_scores(cases: Iterable[AbilityCase]) -> dict[str, float | None]:
     """Return the success rate (%) of each group, and `mean` of the five; None for a group without routes.
 
-    The public tool divides by zero if a group is empty; here the mean is then None.
+    The public tool divides by zero if a group is empty. Here the mean is then None.
     """
     noted = list(cases)
     scores = {name: _rate([c for c in noted if c.scenario in types], name) for name, types in ABILITIES.items()}
@@ -113,7 +113,7 @@ def _rate(cases: list[AbilityCase], group: str) -> float | None:
 
 
 def passed_junction(case: AbilityCase) -> bool:
-    """True for the extra credit of Traffic_Signs: well into the first junction without running a sign or a light."""
+    """True for the extra credit of Traffic_Signs: far into the first junction without running a sign or a light."""
     if case.first_junction is None:
         return False
     return case.obeyed and case.completion_pct / 100.0 > (case.first_junction + JUNCTION_POINTS) / case.points

@@ -9,7 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 RESAMPLES = 10_000
+"""Number of bootstrap samples, and of random sign changes. Ours."""
 COVERED = 0.95
+"""Coverage of the intervals."""
 
 
 @dataclass(frozen=True)
@@ -59,5 +61,5 @@ def compare_pairs(differences: Sequence[Sequence[float]], seed: int = 0, resampl
 
 def _means(groups: Sequence[Sequence[float]]) -> NDArray[np.float64]:
     if not groups or not all(len(group) for group in groups):
-        raise ValueError("nothing to average: no route has a value")
+        raise ValueError("no route has a value to average")
     return np.array([float(np.mean(group)) for group in groups])

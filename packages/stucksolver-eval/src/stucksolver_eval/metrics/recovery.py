@@ -1,12 +1,12 @@
-"""The figures of a recovery module. The terms are those of the design.
+"""The metrics of a recovery module. The terms are those of the design.
 
-* **episode** (field `met`): the ego stood or crept (below 5 km/h) for 10 s or more, or a plan was started, before it
-  made 15 m of new progress.
-* **recovered**: 15 m of new progress within 60 s of a plan's start, without an infraction from then on.
-* **false intervention**: a moving plan where waiting was right: the scenario says so, or the paired run of the driver
-  alone continued by itself from that place within 60 s.
-* **missed**: an immobilization that never ended, without a moving plan, although recovering is right.
-* **harm**: infractions and near misses from a plan's start to 10 s after its end, whoever hits whom.
+- **episode** (field `met`): the ego was stopped or crept (below 5 km/h) for 10 s or more, or a plan was started, before
+  the ego made 15 m of new progress.
+- **recovered**: 15 m of new progress within 60 s of a plan's start, without an infraction from then on.
+- **false intervention**: a moving plan where waiting was right. The scenario says so, or the paired run of the driver
+  alone continued from that position within 60 s.
+- **missed**: an immobilization that never ended, without a moving plan, although recovering is right.
+- **harm**: infractions and near misses from a plan's start to 10 s after its end, no matter which vehicle is at fault.
 """
 
 from __future__ import annotations
@@ -20,14 +20,23 @@ import numpy as np
 from stucksolver_eval.results.outcome import ImmobilizationEpisode, InterventionRecord, QueryOutcome, RouteOutcome
 
 MET_S = 10.0
+"""Shortest stop that counts (s)."""
 WITHIN_S = 60.0
+"""Longest time to a recovery (s)."""
 AFTER_S = 10.0
+"""Time after a plan's end for which harm counts (s)."""
 SAME_PLACE_M = 10.0
+"""Distance within which two positions on the route are the same (m). Ours."""
 PROGRESS_M = 15.0
+"""New progress that counts as a recovery (m)."""
 END_M = 25.0
-"""A route is over 10 m before its end. Its track has one place per second: at 50 km/h there are 14 m between them."""
+"""Distance before the route's end at which the ego counts as arrived (m).
+
+A route is over 10 m before its end. Its track has one position per second, and at 50 km/h there are 14 m between them.
+"""
 PASSENGER = "passenger"
 WORDS_S = 30.0
+"""Longest time from guidance to a plan that follows it (s). Ours."""
 NOT_HARM = frozenset({"min_speed_infractions", "vehicle_blocked", "route_timeout", "scenario_timeouts"})
 
 
@@ -38,7 +47,7 @@ class RecoveryMetrics:
     routes: int = 0
     met: int = 0
     left: int = 0
-    """Immobilizations after which 15 m of progress were made in any way."""
+    """Immobilizations that were followed by 15 m of progress, by any means."""
     times_s: list[float] = field(default_factory=list)
     """For these, the time from onset to 15 m of progress (s)."""
     by_rung: Counter[str] = field(default_factory=Counter)
@@ -53,30 +62,30 @@ class RecoveryMetrics:
     infractions_alone: int | None = None
     queries: int = 0
     dropped: int = 0
-    """Questions whose answer was no longer needed, because the situation cleared."""
+    """Queries whose answer was no longer needed, because the situation had cleared."""
     failed: int = 0
-    """Questions without an answer: too late, budget spent, or any other failure."""
+    """Queries without an answer: too late, budget spent, or another failure."""
     asked: Counter[str] = field(default_factory=Counter)
-    """Questions asked of each model, and how many of them had no usable answer."""
+    """Queries to each model, and the number of them without a usable answer."""
     unanswered: Counter[str] = field(default_factory=Counter)
     whys: Counter[str] = field(default_factory=Counter)
-    """The reason for the last one of each route."""
+    """Reason of the last query without a usable answer, on each route."""
     refused: int = 0
-    """Answers with a plan that the guard, or a rule of the ladder, refused."""
+    """Answers with a plan that the guard or a rule of the ladder rejected."""
     tokens: int = 0
     usd: float = 0.0
-    """For answers whose model's price is known (US dollars)."""
+    """Cost of answers whose model has a known price (US dollars)."""
     latencies_s: list[float] = field(default_factory=list)
     """Wall time of the answers (s)."""
     lost_s: float = 0.0
-    """Simulated time between questions and answers (s)."""
+    """Simulated time between queries and answers (s)."""
     driven_km: float = 0.0
     said: Counter[str] = field(default_factory=Counter)
     """A passenger's lines by kind, and those that led to a moving plan within 30 s."""
     followed: Counter[str] = field(default_factory=Counter)
     right: int = 0
     judged: int = 0
-    """Routes whose scenario states the right action, and those on which it was taken."""
+    """Routes whose scenario states the right action, and those on which the vehicle took it."""
 
     @property
     def median_s(self) -> float | None:
@@ -90,7 +99,7 @@ class RecoveryMetrics:
 
     @property
     def queries_per_km(self) -> float | None:
-        """Queries per kilometre driven."""
+        """Queries per kilometer driven."""
         return self.queries / self.driven_km if self.driven_km > 0 else None
 
 
@@ -105,7 +114,7 @@ def key_of(outcome: RouteOutcome) -> Key:
 def recovery_figures(
     outcomes: Iterable[RouteOutcome], alone: Mapping[Key, RouteOutcome] | None = None
 ) -> RecoveryMetrics:
-    """Return the figures of the driven routes. `alone` has outcomes of the driver alone, by `key_of`."""
+    """Return the metrics of the driven routes. `alone` has outcomes of the driver alone, by `key_of`."""
     figures = RecoveryMetrics()
     if alone is not None:
         figures.harm_alone = figures.infractions_alone = 0
@@ -172,7 +181,7 @@ def _during(spell: ImmobilizationEpisode, o: RouteOutcome) -> list[InterventionR
 
 
 def is_immobilization(spell: ImmobilizationEpisode, o: RouteOutcome) -> bool:
-    """True if a slow spell is an immobilization."""
+    """True if an episode is an immobilization."""
     return spell.ended_s - spell.onset_s >= MET_S or any(i.moves for i in _during(spell, o))
 
 
@@ -198,9 +207,9 @@ def is_false(intervention: InterventionRecord, o: RouteOutcome, pair: RouteOutco
 
 
 def responded_correctly(o: RouteOutcome) -> bool:
-    """True if the stated action was taken: to wait, no moving plan; to ask, a call for help; otherwise progress.
+    """True if the vehicle took the stated action: to wait, no moving plan; to ask, a call for help; otherwise progress.
 
-    Where to ask is right because no way of its own is known, a plan that recovers the vehicle is right as well.
+    If asking is right because the vehicle has no path of its own, a plan that recovers it is right as well.
     """
     moved = any(i.moves for i in o.interventions)
     if o.expected == "wait":
@@ -217,7 +226,7 @@ def harm_within(o: RouteOutcome, spans: Iterable[tuple[float, float]]) -> int:
 
 
 def _merged(spans: list[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Merge overlapping spans, so that nothing counts twice."""
+    """Merge overlapping spans, so that no infraction counts twice."""
     found: list[tuple[float, float]] = []
     for start, end in sorted(spans):
         if found and start <= found[-1][1]:

@@ -1,4 +1,4 @@
-"""The figures of one drive on its page. They are those that the summary of the same drive has."""
+"""The metrics of one run on its page. They equal those in the summary of the same run."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from stucksolver_eval.results.run_log import RunResult
 
 
 def run_result(record: RouteRecord, outcome: RouteOutcome | None, decisions: int) -> RunResult:
-    """Return the figures of a drive. `decisions` is the number of decisions that its page shows."""
+    """Return the metrics of a run. `decisions` is the number of decisions on its page."""
     counts = {kind: len(found) for kind, found in record.infractions.items() if found}
     counts.pop("min_speed_infractions", None)
     if outcome is not None and outcome.near_misses:
@@ -32,5 +32,5 @@ def run_result(record: RouteRecord, outcome: RouteOutcome | None, decisions: int
 
 
 def immobilizations(outcome: RouteOutcome) -> list[ImmobilizationEpisode]:
-    """Return the immobilizations of a drive that count: not the start, and no short stop without a plan."""
+    """Return the immobilizations of a run that count: not the start, and no short stop without a plan."""
     return [spell for spell in outcome.spells if is_immobilization(spell, outcome)]

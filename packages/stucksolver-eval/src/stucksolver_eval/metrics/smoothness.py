@@ -2,7 +2,7 @@
 
 The rule has known errors: samples come at 20 Hz but are taken as 10 Hz, which halves jerks; the yaw rate is in degrees
 per second but compared with bounds in radians; the yaw acceleration is the yaw rate again. `AS_RATED` has these errors,
-`CORRECTED` does not. Bounds: Karnchanachari et al., "Towards learning-based planning: the nuPlan benchmark for
+`CORRECTED` does not. Bounds: Karnchanachari et al., "Toward learning-based planning: the nuPlan benchmark for
 real-world autonomous driving" (2024).
 """
 
@@ -17,12 +17,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 BLOCK = 20
+"""Number of samples in a block: one second at 20 Hz."""
 WINDOW, ORDER = 7, 2
+"""Window and order of the Savitzky-Golay filter. As in Bench2Drive's tool."""
 LON_MPS2 = (-4.05, 2.40)
+"""Bounds of the longitudinal acceleration (m/s²), from nuPlan."""
 LAT_MPS2 = 4.89
+"""Bound of the lateral acceleration (m/s²), from nuPlan."""
 JERK_MPS3 = 8.37
+"""Bound of the jerk (m/s³), from nuPlan."""
 LON_JERK_MPS3 = 4.13
+"""Bound of the longitudinal jerk (m/s³), from nuPlan."""
 YAW_ACCELERATION, YAW_RATE = 1.93, 0.95
+"""Bounds of the yaw acceleration (rad/s²) and of the yaw rate (rad/s), from nuPlan."""
 Array = NDArray[np.float64]
 
 
@@ -83,7 +90,7 @@ def _within(values: Array, low: float, high: float) -> NDArray[np.bool_]:
 
 
 def _unwrapped(rates: Array) -> Array:
-    """The benchmark treats the rate like an angle: jumps beyond pi lose multiples of 2 pi."""
+    """Return unwrapped rates, because the benchmark treats them like angles: jumps beyond pi lose multiples of 2 pi."""
     turns = np.zeros_like(rates)
     turns[..., 1:] = np.cumsum(np.round(np.diff(rates, axis=-1) / math.tau), axis=-1)
     return np.asarray(rates - math.tau * turns)

@@ -1,4 +1,4 @@
-"""All figures of one evaluation, computed from its files only."""
+"""All metrics of one evaluation, computed from its files only."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ MIN_SPEED = "min_speed_infractions"
 
 @dataclass(frozen=True)
 class RouteRow:
-    """One route with one seed. `record` is None if it has none (and counts as 0, as in the benchmark)."""
+    """One route with one seed. `record` is None if there is none. Then the route counts as 0, as in the benchmark."""
 
     route: Route
     seed: int
@@ -33,7 +33,7 @@ class RouteRow:
 
     @property
     def scenario(self) -> str:
-        """Type of its scenario."""
+        """Type of the route's scenario."""
         return self.route.scenarios[0].type if self.route.scenarios else "None"
 
     @property
@@ -49,7 +49,7 @@ class RouteRow:
 
 @dataclass(frozen=True)
 class Summary:
-    """The figures of an evaluation: percentages unless units say otherwise; None if there is nothing to compute from.
+    """The metrics of an evaluation: percentages unless units say otherwise; None without data.
 
     `comfort` and `efficiency` are Bench2Drive's, with its errors; the corrected values are separate.
     """
@@ -80,7 +80,7 @@ class Summary:
 
 
 def summarize(store: ResultStore, alone: ResultStore | None = None) -> Summary:
-    """Compute the figures of an evaluation. `alone` is the paired evaluation of the driver alone, if there is one.
+    """Compute the metrics of an evaluation. `alone` is the paired evaluation of the driver alone, if there is one.
 
     Raises:
         StoreError: The files cannot be read.
@@ -94,7 +94,7 @@ def summarize(store: ResultStore, alone: ResultStore | None = None) -> Summary:
 
 
 def summary_of(manifest: EvaluationManifest, rows: Sequence[RouteRow], recovery: RecoveryMetrics) -> Summary:
-    """Return the figures of these rows; routes without a record count as 0, as in the benchmark."""
+    """Return the metrics of these rows. Routes without a record count as 0, as in the benchmark."""
     records = [row.record for row in rows if row.record is not None]
     count = max(len(rows), 1)
     speeds = [(r.record.infractions.get(MIN_SPEED, []), _stuck_end(r)) for r in rows if r.record is not None]

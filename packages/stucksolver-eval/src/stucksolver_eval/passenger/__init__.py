@@ -1,4 +1,4 @@
-"""Passengers on board a drive: what they see of it, and pacing the simulation to real time."""
+"""Passengers during a run: their view of it, and pacing of the simulation to real time."""
 
 from stucksolver_eval.passenger.live_view import LiveView, Pictures
 from stucksolver_eval.passenger.passenger_page import PassengerPage, PassengerSpec

@@ -1,4 +1,4 @@
-"""What the page shows of a ride: a live top view and the front camera's pictures."""
+"""The views of a ride on the page: a live top view and the front camera's pictures."""
 
 from __future__ import annotations
 
@@ -18,11 +18,16 @@ if TYPE_CHECKING:
     import carla
 
 FRAME_EVERY_S = 0.1
+"""Interval between frames (s). Ours."""
 PICTURE_EVERY_S = 0.2
+"""Interval between pictures (s). Ours."""
 
 
 class LiveView:
-    """Sends a frame of the top view ten times a second. Positions are in metres, y to the left of x, yaw in degrees."""
+    """Sends a frame of the top view ten times per second.
+
+    Positions are in meters, y to the left of x, yaw in degrees.
+    """
 
     def __init__(self, desk: PassengerGateway, vehicle: str, world: carla.World, hero: carla.Vehicle) -> None:
         self._desk, self._vehicle, self._world = desk, vehicle, world
@@ -74,7 +79,7 @@ class LiveView:
 
 
 class Pictures:
-    """Sends the front camera's picture five times a second, in a separate thread because encoding is slow."""
+    """Sends the front camera's picture five times per second, in a separate thread because encoding is slow."""
 
     def __init__(self, show: Callable[[bytes], None], hero: carla.Vehicle) -> None:
         self._show = show

@@ -1,4 +1,4 @@
-"""Connects a drive of the runner to the passenger's page."""
+"""Connects a run to the passenger's page."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class PassengerSpec:
-    """How to reach the passenger server.
+    """Connection to the passenger server.
 
     Attributes:
         address: The server's address file.
@@ -32,7 +32,7 @@ class PassengerSpec:
 
 
 class PassengerPage:
-    """Serves the page from the start of a drive to its end, and slows the drive down to real time."""
+    """Serves the page from the start of a run to its end, and slows the run down to real time."""
 
     def __init__(self, spec: PassengerSpec, setting: ScenarioContext, arm: SolverSystem) -> None:
         self._spec, self._arm = spec, arm
@@ -45,14 +45,14 @@ class PassengerPage:
         self._pace = RealTimePacer(setting.dt_s)
 
     def tick(self, time_s: float, directive: Directive | None) -> None:
-        """Update the page after the arm's step, then sleep until the next tick is due. `time_s`: since the start."""
+        """Update the page after the system's step, then sleep until the next tick is due. `time_s`: since the start."""
         status = self._arm.stack.status()
         self._seat.tick(status, self._arm.stack.scene)
         self._view.tick(time_s, status.speed_mps, directive)
         self._pace.wait()
 
     def close(self) -> None:
-        """End the drive. The page stays open."""
+        """End the ride. The page stays open."""
         self._pictures.close()
         self._seat.end()
         self._desk.leave(self._spec.vehicle)

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 
 LATE_S = 0.025
-"""A tick that starts at least this much after it was due counts as late: half a tick at 20 Hz."""
+"""Delay from which a tick counts as late (s): half a tick at 20 Hz. Ours."""
 
 
 class RealTimePacer:

@@ -1,4 +1,4 @@
-"""One HTML file that shows runs: a table, synchronised replays, and every decision with its reasons."""
+"""One HTML file about runs: a table, synchronized replays, and every decision with its reasons."""
 
 from pathlib import Path
 

@@ -39,7 +39,7 @@ def write_comparison(folders: Sequence[Path], summaries: Sequence[Summary], path
 
 
 def column_names(summaries: Sequence[Summary], folders: Sequence[Path]) -> list[str]:
-    """Return a name for each run; the folder's name is added to names that would be equal."""
+    """Return a name for each run. Equal names get the folder's name in addition."""
     names = [run_name(summary) for summary in summaries]
     alike = {name for name in names if names.count(name) > 1}
     named = [f"{name} ({folder.name})" if name in alike else name for name, folder in zip(names, folders, strict=True)]
@@ -47,7 +47,7 @@ def column_names(summaries: Sequence[Summary], folders: Sequence[Path]) -> list[
 
 
 def comparison_page(arms: Arms, pages: Mapping[str, str], links: Mapping[str, Links]) -> str:
-    """Return the HTML page. `pages` and `links` are each arm's report and replays. Raises `ComparisonError`."""
+    """Return the HTML page. `pages` and `links` are each system's report and replays. Raises `ComparisonError`."""
     first, *others = arms
     m = arms[first].manifest
     about = f"Suite {m.suite} (digest {m.suite_digest[:12]}), {m.routes} routes."
@@ -110,6 +110,6 @@ def _drives(arms: Arms, links: Mapping[str, Links]) -> str:
 def _drive(row: RouteRow | None, page: str | None) -> str:
     if row is None:
         return "<td>not driven</td>"
-    told = f"{'success' if row.success else status_of(row)}, {row.score:.1f}"
+    outcome_text = f"{'success' if row.success else status_of(row)}, {row.score:.1f}"
     shown = f" {markup.link(page, 'replay')}" if page else ""
-    return f'<td class="status {"good" if row.success else "bad"}">{markup.text(told)}{shown}</td>'
+    return f'<td class="status {"good" if row.success else "bad"}">{markup.text(outcome_text)}{shown}</td>'

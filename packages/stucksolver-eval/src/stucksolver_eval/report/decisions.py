@@ -1,4 +1,4 @@
-"""Pages with the decisions of drives without a stored replay, read from their records."""
+"""Pages with the decisions of runs without a stored replay, read from their records."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ NOTE = "Times are those of the simulator. Only interventions are recorded; legit
 def write_decisions(
     store: ResultStore, summary: Summary, shown: Mapping[tuple[str, int], str]
 ) -> dict[tuple[str, int], str]:
-    """Write a page for each drive with records that is not in `shown`. Returns paths relative to the store's folder.
+    """Write a page for each run with records that is not in `shown`. Returns paths relative to the store's folder.
 
     Raises `RecordError` for a record that was changed, and `ReportError`.
     """
@@ -54,7 +54,7 @@ def moments_of(folder: Path) -> Iterator[DecisionMoment]:
 
 
 def _log(summary: Summary, row: RouteRow, moments: tuple[DecisionMoment, ...]) -> RunLog:
-    """Return a run without frames, so that the page shows its decisions only."""
+    """Return a run without frames, so that the page contains its decisions only."""
     m, record = summary.manifest, row.record
     assert record is not None
     return RunLog(

@@ -144,7 +144,7 @@ def _routes(rows: tuple[RouteRow, ...], links: Links, decisions: Links) -> str:
 
 
 def status_of(row: RouteRow) -> str:
-    """Return how a drive ended, with the reason if the route was not driven."""
+    """Return the end of a run, with the reason if the route was not driven."""
     status = status_text(row.record.status) if row.record else row.outcome.state if row.outcome else "missing"
     why = row.outcome.reason.splitlines()[-1] if row.outcome and row.outcome.reason else ""
     return f"{status} {why}".strip()
@@ -155,7 +155,7 @@ def _has_records(store: ResultStore, summary: Summary) -> bool:
 
 
 def _with_figures(log: RunLog, row: RouteRow) -> RunLog:
-    """Return a replay with the figures that the summary has: an older one stores others."""
+    """Return a replay with the metrics of the summary. An older replay contains others."""
     if row.record is None or row.outcome is None:
         return log
     spans = tuple((immobilization.onset_s, immobilization.ended_s) for immobilization in immobilizations(row.outcome))
@@ -164,7 +164,7 @@ def _with_figures(log: RunLog, row: RouteRow) -> RunLog:
 
 
 def replay_pages(store: ResultStore, summary: Summary) -> Links:
-    """Write a page for each stored replay that has none yet. Returns the paths relative to the store's folder."""
+    """Write a page for each stored replay without one. Returns the paths relative to the store's folder."""
     links = {}
     for row in summary.rows:
         packed = store.replay(row.route, row.seed)

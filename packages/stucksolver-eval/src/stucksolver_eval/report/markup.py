@@ -15,7 +15,7 @@ HEIGHT = 10
 
 
 def bar_cell(value: float | None, digits: int = 1) -> str:
-    """Return a table cell with a figure from 0 to 100 and its bar; None means that there is no figure."""
+    """Return a table cell with a number from 0 to 100 and its bar. None means that there is no number."""
     if value is None:
         return '<td class="figure">no route</td>'
     length = WIDTH * min(max(value, 0.0), 100.0) / 100.0
@@ -49,7 +49,7 @@ def text(words: str) -> str:
 
 def section(name: str, *parts: str) -> str:
     """Return a section with its own heading."""
-    # Names hold what a run calls itself, so that anything may stand in them.
+    # The names come from the run, so they may contain any character.
     anchor = "-".join(re.findall(r"[a-z0-9]+", name.lower())) or "section"
     body = "\n".join(part for part in parts if part)
     return f'<section aria-labelledby="{anchor}"><h2 id="{anchor}">{text(name)}</h2>\n{body}</section>'
@@ -71,7 +71,7 @@ def warning(words: str) -> str:
 
 
 def cell(words: str) -> str:
-    """Return a table cell; figures are right-aligned."""
+    """Return a table cell. Numbers are right-aligned."""
     figure = bool(words) and (words[0].isdigit() or words[0] in "–+-") and len(words.split()) <= 2
     return f'<td class="figure">{text(words)}</td>' if figure else f"<td>{text(words)}</td>"
 
@@ -82,7 +82,7 @@ def table(name: str, head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 
 
 def raw_table(name: str, head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Return a table whose cells are HTML already; the first of each row only gets its `<th>` here."""
+    """Return a table from HTML cells. Only the first cell of each row gets its `<th>` here."""
     columns = "".join(f'<th scope="col">{text(words)}</th>' for words in head)
     lines = "\n".join(f'<tr><th scope="row">{row[0]}</th>{"".join(row[1:])}</tr>' for row in rows)
     return (

@@ -1,4 +1,4 @@
-"""Scores and recovery figures with their definitions: one row per figure, one column per run."""
+"""Scores and recovery metrics with their definitions: one row per metric, one column per run."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ MEANINGS = {
     "Comfort, corrected": "The same with bounds in the intended units; the benchmark mixes them up.",
 }
 RECOVERY_MEANINGS = {
-    "Episodes": "Number of times that the vehicle stood or crept for 10 s or more, or that a plan was started.",
+    "Episodes": "Number of times that the vehicle was stopped or crept for 10 s or more, or that a plan was started.",
     "Resolved": "Number of episodes that were followed by 15 m of progress, by any means.",
     "Median s": "From the onset of immobilization to 15 m of progress.",
     "p95 s": "The same, 95th percentile.",
     "Plans": "Recovery plans that were executed.",
     "Recovered": "Plans with 15 m of progress within 60 s and no infraction from then on.",
-    "By rung": "Which rung of the escalation ladder the plans came from.",
+    "By rung": "Rung of the escalation ladder that the plans came from.",
     "False": "Plans that moved the vehicle although waiting was right.",
     "Missed": "Immobilizations that never ended, without a plan that moves, although recovering was right.",
     "Harm (alone)": "Infractions and near misses from a plan's start to 10 s after its end; in brackets, those of the "
@@ -46,8 +46,8 @@ RECOVERY_MEANINGS = {
     "Queries/route": "Questions to a reasoner.",
     "Dropped": "Questions whose answer was no longer needed, because the situation had cleared.",
     "Failed": "Questions without a usable answer.",
-    "Refused": "Plans that the guard, or a rule of the ladder, refused.",
-    "Queries/km": "Questions per kilometre driven.",
+    "Refused": "Plans that the guard, or a rule of the ladder, rejected.",
+    "Queries/km": "Questions per kilometer driven.",
     "Tokens": "Tokens of all questions and answers.",
     "Tokens/query": "Tokens per question.",
     "USD/query": "Price per question, if the model's price is known.",
@@ -66,7 +66,7 @@ def scores_table(runs: Mapping[str, Summary]) -> str:
 
 
 def recovery_table(runs: Mapping[str, Summary]) -> str:
-    """Return the table of recovery figures with definitions; figures that no run has are left out."""
+    """Return the table of recovery metrics with definitions. Metrics that no run has are omitted."""
     columns = [recovery_row(run) for run in runs.values()]
     rows = [
         [markup.text(name), *(markup.cell(column[k]) for column in columns), _meaning(RECOVERY_MEANINGS[name])]
@@ -77,7 +77,7 @@ def recovery_table(runs: Mapping[str, Summary]) -> str:
 
 
 def published_table() -> str:
-    """Return published figures in a section of their own, because they come from another simulator."""
+    """Return published metrics in a separate section, because they come from another simulator."""
     head = ("Published", "DS", "SR %", "Efficiency", "Comfort")
     rows = [(_whole_name(k), *(number(value) for value in item.scores)) for k, item in enumerate(PUBLISHED)]
     about = markup.note(f"Source: {SOURCE}.")
@@ -87,7 +87,7 @@ def published_table() -> str:
 
 
 def _whole_name(k: int) -> str:
-    """Return a row's full name; a row that belongs to the previous one includes that one's name."""
+    """Return a row's full name. A row that belongs to the previous one includes that one's name."""
     name = PUBLISHED[k].name
     if not name.startswith(PART):
         return name

@@ -1,8 +1,8 @@
 """Combines template, style, scripts and data into one self-contained page.
 
-The data is untrusted: signs and passengers may say anything. It is embedded as JSON that cannot contain markup, the
-scripts insert it as text only, and the page's content security policy permits only the two inline blocks, by their
-digests.
+The data is untrusted, since signs and passengers' utterances may contain any text. It is embedded as JSON that cannot
+contain markup, and the scripts insert it as text only. The page's content security policy permits only the two inline
+blocks, by their digests.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ def page(title: str, data: Mapping[str, Any]) -> str:
         "SCRIPT_DIGEST": block_digest(script),
         "DATA": embedded_json(data),
     }
-    # In one pass, so that inserted text is never searched for further marks.
+    # One pass replaces all marks, so that inserted text is never searched for further marks.
     return re.sub(r"\{\{([A-Z_]+)\}\}", lambda mark: parts[mark[1]], _asset("report.html"))
 
 

@@ -11,6 +11,7 @@ from stucksolver_eval.metrics.summary import Summary
 from stucksolver_eval.report.tables import per_scenario
 
 DPI = 200
+"""Resolution of the plots (dots per inch)."""
 
 
 def write_plots(summaries: Sequence[Summary], folder: Path) -> list[Path]:

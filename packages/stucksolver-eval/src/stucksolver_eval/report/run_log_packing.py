@@ -1,7 +1,7 @@
 """The compact form of runs inside the page; `assets/decode.js` reads it.
 
-Lengths are whole centimetres, times milliseconds, speeds cm/s, angles tenths of a degree. A series of numbers
-is its first value followed by differences, or a single number if it never changes.
+Lengths are whole centimeters, times milliseconds, speeds cm/s, angles tenths of a degree. A series of numbers is its
+first value followed by differences, or a single number if it never changes.
 """
 
 from __future__ import annotations
@@ -17,13 +17,15 @@ from stucksolver_eval.results.run_log import MapView, Polyline, RunLog, RunLogFr
 from stucksolver_eval.run_table import recovered_text, stopped_text
 
 _FULL_TURN = 3600
+"""A full turn in tenths of a degree."""
 _PATH_TOLERANCE_M = 0.05
+"""Largest deviation of a simplified path (m). Ours."""
 
 Series = int | list[int]
 
 
 def pack(runs: Sequence[RunLog], title: str, notes: Sequence[str]) -> dict[str, Any]:
-    """Return everything the page shows. Maps that several runs share are stored once."""
+    """Return all data of the page. Maps that several runs share are stored once."""
     maps: dict[str, int] = {}
     packed_maps: list[dict[str, Any]] = []
     packed_runs = []
@@ -72,7 +74,7 @@ def _map(view: MapView) -> dict[str, Any]:
 
 
 def _line(points: Polyline) -> list[Any]:
-    """Number of points, their x and their y."""
+    """Return the number of points, their x and their y."""
     return [len(points), series(_hundredths(x) for x, _ in points), series(_hundredths(y) for _, y in points)]
 
 
@@ -94,7 +96,7 @@ def _track(poses: Sequence[tuple[float, float, float] | None]) -> list[list[Any]
 
 
 def _unwrapped(angles_deg: Iterable[float]) -> Iterable[int]:
-    """Tenths of a degree without jumps of a full turn, so that differences stay small."""
+    """Yield tenths of a degree without jumps of a full turn, so that differences stay small."""
     last = 0
     for angle_deg in angles_deg:
         step = (round(angle_deg * 10) - last + _FULL_TURN // 2) % _FULL_TURN - _FULL_TURN // 2
@@ -103,20 +105,20 @@ def _unwrapped(angles_deg: Iterable[float]) -> Iterable[int]:
 
 
 def _lights(frames: Sequence[RunLogFrame]) -> list[list[Any]]:
-    """Each light's x and y, and the frames in which its state changes; null while it is not seen."""
+    """Return each light's x and y, and the frames in which its state changes; null while it is not visible."""
     by_frame = [{(x, y): state for x, y, state in frame.lights} for frame in frames]
     places = sorted({place for states in by_frame for place in states})
     return [[_hundredths(x), _hundredths(y), _changes([states.get((x, y)) for states in by_frame])] for x, y in places]
 
 
 def _paths(frames: Sequence[RunLogFrame]) -> list[list[Any]]:
-    """The frames in which the driven recovery path changes, with the new one (null: none)."""
+    """Return the frames in which the driven recovery path changes, with the new one (null: none)."""
     changes = _changes([frame.path for frame in frames])
     return [[index, _line(_simplified(path)) if path else None] for index, path in changes]
 
 
 def _changes(values: Sequence[Any]) -> list[list[Any]]:
-    """The places in a list where its value changes, with the new value."""
+    """Return the indices of a list at which its value changes, with the new value."""
     found: list[list[Any]] = []
     for index, value in enumerate(values):
         if not found or found[-1][1] != value:

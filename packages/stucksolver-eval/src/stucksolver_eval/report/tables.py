@@ -79,7 +79,7 @@ def banners(summary: Summary) -> list[str]:
 
 
 def guidance_text(summary: Summary) -> str:
-    """Return what was said to an arm and what it followed, by kind; empty if nothing was said."""
+    """Return the guidance of a run by kind, and the number of followed lines; empty without guidance."""
     f = summary.recovery
     return ", ".join(f"{kind} {count} said, {f.followed[kind]} followed" for kind, count in f.said.most_common())
 

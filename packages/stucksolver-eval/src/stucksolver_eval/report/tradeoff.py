@@ -51,7 +51,7 @@ def _row(label: str, summary: Summary) -> tuple[str, ...]:
 
 
 def _plot(summaries: Mapping[str, Summary], path: Path) -> None:
-    """A line for each value of the first settings, along which the last one varies."""
+    """Draw a line for each value of the first settings, along which the last one varies."""
     from matplotlib.figure import Figure
 
     lines = _series(summaries)

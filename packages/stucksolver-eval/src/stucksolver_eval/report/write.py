@@ -12,7 +12,7 @@ from stucksolver_eval.results.run_log import RunLog
 
 
 class ReportError(RuntimeError):
-    """The report could not be written; the message names the file, the cause and what to do.
+    """The report could not be written. The message names the file, the cause and the remedy.
 
     An existing report is unchanged.
     """
@@ -33,15 +33,15 @@ def write_report(runs: Sequence[RunLog], path: str | os.PathLike[str], title: st
         os.replace(unfinished, target)
     except OSError as error:
         raise ReportError(
-            f"cannot write the report to {target}: {error.strerror or error}; "
-            f"it needs {len(text.encode()) / 1e6:.1f} MB: free that much space there or give another path"
+            f"cannot write report: {target}: {error.strerror or error}. "
+            f"It needs {len(text.encode()) / 1e6:.1f} MB: free that much space there or give another path"
         ) from error
     finally:
         _remove(unfinished)
 
 
 def _write_through(path: Path, text: str) -> None:
-    """Write and flush to disk, so that a full disk raises here."""
+    """Write and flush to disk, so that a full disk raises an error here."""
     with path.open("w", encoding="utf-8", newline="\n") as file:
         file.write(text)
         file.flush()
@@ -52,5 +52,5 @@ def _remove(path: Path) -> None:
     try:
         path.unlink(missing_ok=True)
     except OSError:
-        # The folder itself may be unusable; the original error is more useful than this one.
+        # The folder itself may be unusable. The original error is more useful than this one.
         return

@@ -1,9 +1,12 @@
-"""Copies the summaries of evaluations into `results`: `python -m stucksolver_eval.result_pages.archive_results
-OUT/latency latency`.
+"""Copies the summaries of evaluations into `results`.
 
-It copies only small and repeatable files: `summary.json` and `routes.csv` of each arm, without wall times and paths. It
-adds one entry, `plans`: how many plans moved the vehicle, and what happened from their start to 10 s after their end,
-and on the whole routes. `python -m stucksolver_eval.result_pages.result_tables latency` prints the tables.
+```sh
+python -m stucksolver_eval.result_pages.archive_results OUT/latency latency
+```
+
+It copies only small and repeatable files: `summary.json` and `routes.csv` of each system, without wall times and paths.
+It adds one entry, `plans`: the number of plans that moved the vehicle, and the events from their start to 10 s after
+their end, and on the whole routes. `python -m stucksolver_eval.result_pages.result_tables latency` prints the tables.
 """
 
 from __future__ import annotations
@@ -25,7 +28,7 @@ KINDS = ("collisions", "others", "near")
 
 
 def keep(out: Path, name: str) -> list[str]:
-    """Copy the summaries of all arms in `out` to `results/NAME`. Returns the names of the arms."""
+    """Copy the summaries of all systems in `out` to `results/NAME`. Returns the names of the systems."""
     done = []
     for summary in sorted(out.glob("*/summary.json")):
         arm = summary.parent.name
@@ -44,8 +47,8 @@ def keep(out: Path, name: str) -> list[str]:
 def _plans(arm: Path) -> dict[str, int]:
     """Count collisions, other infractions and near misses: during plans that move, during waits, and on whole routes.
 
-    A waiting vehicle may be hit too. For comparison, the events of the driver alone in the same time spans are counted,
-    if it was driven.
+    Another vehicle may also hit a waiting vehicle. For comparison, the events of the driver alone in the same time
+    spans are counted, if they exist.
     """
     alone = arm.parent / f"{arm.name.split('-')[0]}-alone"
     wheres = ("", "_route", "_waits", "_waits_alone")

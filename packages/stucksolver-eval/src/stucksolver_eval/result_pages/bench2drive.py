@@ -1,11 +1,14 @@
-"""Tables of the runs of `results/bench2drive.sh`. Three commands of `python -m
-stucksolver_eval.result_pages.bench2drive`:
+"""Tables of the runs of `results/bench2drive.sh`, by three commands.
 
-    table OUT                                       # print the table of one folder: all arms, all seeds
-    keep OUT NAME --commit C --agents A [--note N]  # store the runs in results/bench2drive/NAME.json
-    page > results/bench2drive.md                   # print the page: all stored runs side by side
+```sh
+python -m stucksolver_eval.result_pages.bench2drive table OUT     # print the table of one folder: all systems and seeds
+python -m stucksolver_eval.result_pages.bench2drive keep OUT NAME --commit C --agents A [--note N]
+                                                    # store the runs in results/bench2drive/NAME.json
+python -m stucksolver_eval.result_pages.bench2drive page > results/bench2drive.md
+                                                    # print the page: all stored runs side by side
+```
 
-They read the checkpoint files of Bench2Drive's evaluator. For several seeds, a cell shows the mean, and the range if
+They read the checkpoint files of Bench2Drive's evaluator. For several seeds, a cell contains the mean, and the range if
 they differ.
 """
 
@@ -22,14 +25,14 @@ from typing import NamedTuple
 
 from stucksolver_eval.result_pages import RESULTS
 
-KEPT = RESULTS / "bench2drive"
+STORED = RESULTS / "bench2drive"
 ARMS = ("alone", "blind", "timers", "rules", "guided", "model", "model-guided", "sensors-alone", "sensors-rules")
 OUTCOMES = {"Agent crashed": "crashed", "TickRuntime": "stood", "Agent timed out": "slow", "Agent got blocked": "stood"}
-"""Short names of the reasons for which a route failed; the evaluator gives up after 4,000 ticks, or 200 s."""
+"""Short names of the reasons for which a route failed. The evaluator ends a route after 4,000 ticks, or 200 s."""
 
 
 class Run(NamedTuple):
-    """One drive of one route. Scores are 0 to 100; times are in seconds."""
+    """One run of one route. Scores are 0 to 100; times are in seconds."""
 
     arm: str
     seed: int
@@ -81,16 +84,16 @@ def keep(out: Path, name: str, commit: str, agents: str, note: str) -> Path:
     """Store the runs of a folder, one per line, without wall times, which depend on the machine. Returns the file."""
     head = {"commit": commit, "agents": agents, "note": note}
     rows = [json.dumps(run._replace(wall_s=0.0)) for run in read(out)]
-    path = KEPT / f"{name}.json"
+    path = STORED / f"{name}.json"
     path.parent.mkdir(exist_ok=True)
     path.write_text(json.dumps(head)[:-1] + ', "runs": [\n' + ",\n".join(rows) + "\n]}\n", encoding="utf-8")
     return path
 
 
-def kept() -> list[StoredRuns]:
+def stored_runs() -> list[StoredRuns]:
     """Return all stored runs, sorted by name."""
     found = []
-    for path in sorted(KEPT.glob("*.json")):
+    for path in sorted(STORED.glob("*.json")):
         data = json.loads(path.read_text(encoding="utf-8"))
         runs = tuple(Run(*row) for row in data["runs"])
         found.append(StoredRuns(path.stem, data["commit"], data["agents"], data["note"], runs))
@@ -118,7 +121,7 @@ def table(columns: Columns, *, wall: bool = False) -> str:
 
 
 def by_arm(runs: Iterable[Run]) -> Columns:
-    """Group runs into a column for each arm, in the order of `ARMS`."""
+    """Group runs into a column for each system, in the order of `ARMS`."""
     found: Columns = defaultdict(lambda: defaultdict(list))
     for run in sorted(runs, key=lambda run: (ARMS.index(run.arm), run.route, run.seed)):
         found[run.arm][run.route].append(run)
@@ -126,7 +129,7 @@ def by_arm(runs: Iterable[Run]) -> Columns:
 
 
 def page(tables: list[StoredRuns]) -> str:
-    """Return the page with all stored runs side by side: grouped by arm, with one column per stored file."""
+    """Return the page with all stored runs side by side: grouped by system, with one column per stored file."""
     columns: Columns = {}
     for arm in ARMS:
         for item in tables:
@@ -134,8 +137,8 @@ def page(tables: list[StoredRuns]) -> str:
             if runs:
                 columns[f"{arm}, {item.name}"] = runs
     about = "".join(f"| {t.name} | {t.commit} | {t.agents} | {t.note} |\n" for t in tables)
-    head = (KEPT / "head.md").read_text(encoding="utf-8")
-    earlier = (KEPT / "earlier.md").read_text(encoding="utf-8")
+    head = (STORED / "head.md").read_text(encoding="utf-8")
+    earlier = (STORED / "earlier.md").read_text(encoding="utf-8")
     return f"{head}\n| table | commit | copy of `agents` | |\n|---|---|---|---|\n{about}\n{table(columns)}\n{earlier}"
 
 
@@ -182,13 +185,13 @@ def main() -> None:
         keeping.add_argument(option, required=True)
     keeping.add_argument("--note", default="")
     commands.add_parser("page")
-    told = parser.parse_args()
-    if told.command == "table":
-        print(table(by_arm(read(told.out)), wall=True), end="")
-    elif told.command == "keep":
-        print(keep(told.out, told.name, told.commit, told.agents, told.note).name)
+    arguments = parser.parse_args()
+    if arguments.command == "table":
+        print(table(by_arm(read(arguments.out)), wall=True), end="")
+    elif arguments.command == "keep":
+        print(keep(arguments.out, arguments.name, arguments.commit, arguments.agents, arguments.note).name)
     else:
-        print(page(kept()), end="")
+        print(page(stored_runs()), end="")
 
 
 if __name__ == "__main__":

@@ -1,9 +1,11 @@
-"""Writes results/guided.md: what guidance gains and costs, by kind of help.
+"""Writes results/guided.md: the benefit and the cost of guidance, by kind of help.
 
-    python -m stucksolver_eval.result_pages.guided bench220=OUT/rules,OUT/guided immobilized=OUT2/rules,OUT2/guided
+```sh
+python -m stucksolver_eval.result_pages.guided bench220=OUT/rules,OUT/guided immobilized=OUT2/rules,OUT2/guided
+```
 
 Both folders of a pair contain the same routes with the same seeds, driven with `--recovery rules`; the second with
-`--guidance shipped`. The rows leave out routes on which nothing was said, which are the same in both arms.
+`--guidance shipped`. The rows omit routes without guidance, which are the same in both.
 """
 
 from __future__ import annotations
@@ -34,7 +36,7 @@ HEAD = "| kind | what was said | drives | DS | SR, points | won | lost | harm |\
 
 
 class GuidedPageError(ValueError):
-    """The arguments are wrong; the message shows the correct form."""
+    """The arguments are wrong. The message contains the correct form."""
 
 
 def pairs_of(arguments: list[str]) -> dict[str, tuple[Path, Path]]:
@@ -44,7 +46,7 @@ def pairs_of(arguments: list[str]) -> dict[str, tuple[Path, Path]]:
         name, _, folders = argument.partition("=")
         both = folders.split(",")
         if not name or len(both) != 2 or not all(both):
-            raise GuidedPageError(f"{argument!r} is not a pair; write SUITE=UNGUIDED,GUIDED")
+            raise GuidedPageError(f"not a pair: {argument!r}. Write SUITE=UNGUIDED,GUIDED")
         found[name] = (Path(both[0]), Path(both[1]))
     if not found:
         raise GuidedPageError("give at least one pair: SUITE=UNGUIDED,GUIDED")
@@ -72,11 +74,17 @@ def _whole(unguided: Summary, guided: Summary) -> str:
 
 def _row(effect: GuidanceEffect) -> str:
     mark = "" if effect.help else "**"
-    cells = [effect.kind, effect.help or "all", str(effect.drives), _told(effect.score), _told(effect.success)]
+    cells = [
+        effect.kind,
+        effect.help or "all",
+        str(effect.drives),
+        _difference_text(effect.score),
+        _difference_text(effect.success),
+    ]
     return "| " + " | ".join(f"{mark}{cell}{mark}" for cell in [*cells, effect.won, effect.lost, effect.harm]) + " |"
 
 
-def _told(paired: Difference) -> str:
+def _difference_text(paired: Difference) -> str:
     it = paired.difference
     mean, low, high = (round(value, 1) + 0.0 for value in (it.mean, it.low, it.high))
     return f"{mean:+.1f} [{low:+.1f}, {high:+.1f}]"
@@ -87,6 +95,7 @@ def main(arguments: list[str]) -> int:
     try:
         pairs = pairs_of(arguments)
     except GuidedPageError as error:
+        # The message is for the command line; the exit code reports the failure.
         print(f"error: {error}", file=sys.stderr)
         return 2
     (RESULTS / "guided.md").write_text(page(pairs), encoding="utf-8")

@@ -1,9 +1,11 @@
-"""Measures the value of a memory: held-out places before lessons, after each of them, and after one bad advice.
+"""Measures the value of a memory: runs at held-out positions before lessons, after each of them, and after bad advice.
 
-    python -m stucksolver_eval.result_pages.memory OUT          # writes results/memory.md
+```sh
+python -m stucksolver_eval.result_pages.memory OUT          # writes results/memory.md
+```
 
-A passenger helps at three places where rocks lie from kerb to kerb ("please take another street"). After each of these
-lessons the car drives at two other places with other seeds, and nobody speaks. The drives are stored in OUT.
+A passenger helps at three positions where rocks lie from curb to curb ("please take another street"). After each of
+these lessons the car drives at two other positions with other seeds and without guidance. The runs are stored in OUT.
 """
 
 from __future__ import annotations
@@ -36,13 +38,15 @@ DESTINATIONS = {
 }
 """Routes of the suite along streets with four lanes, and destinations (m, CARLA's frame) 60 m beyond the next junction.
 
-The suite's own destinations are in the street itself, which cannot be reached any other way.
+The suite's own destinations are in the street itself, and no other road leads there.
 """
 LESSONS = 3
-"""Places at which the passenger helps; the others are held out."""
+"""Number of positions at which the passenger helps. The others are held out."""
 LESSON_SEED, BAD_SEED, HELD_OUT_SEEDS = 1, 2, (11, 12)
+"""Seeds of the lessons, of the bad advice, and of the held-out runs."""
 HELPS, HARMS = "Please take another street.", "Back up a bit."
 ARRIVED_PCT = 100.0
+"""Route completion from which the car has arrived (%)."""
 HEAD = "| held-out drives, nobody speaks | arrived | questions to the passenger | calls for help | driving score |"
 ABOUT = """# What a memory is worth
 
@@ -84,7 +88,7 @@ def main(out: Path) -> None:
         memory = _copy(taught, out / f"after-{count}.db")
         rows.append(_row(f"lessons: {count}", _drives(out / f"after-{count}", held_out, memory)))
         if count == 1:
-            # Later the car knows what to do and asks nobody, so there would be no chance for bad advice.
+            # Later the memory proposes the solution and asks no question, so bad advice would have no occasion.
             misled = _copy(taught, out / "misled.db")
             _drive(out / "misled", lessons[1], BAD_SEED, misled, HARMS)
             _drive(out / "misled", lessons[2], LESSON_SEED, misled, HELPS)

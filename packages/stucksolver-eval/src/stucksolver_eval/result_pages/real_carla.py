@@ -1,11 +1,14 @@
-"""Compares drives on carlette with the same agent's published drives on real CARLA.
+"""Compares runs on carlette with the same agent's published runs on real CARLA.
 
-    python -m stucksolver_eval.result_pages.real_carla keep results/real_carla.json windows=DIR linux=DIR before=DIR
-    after=DIR python -m stucksolver_eval.result_pages.real_carla table results/real_carla.json
+```sh
+python -m stucksolver_eval.result_pages.real_carla keep results/real_carla.json windows=DIR linux=DIR before=DIR \
+    after=DIR
+python -m stucksolver_eval.result_pages.real_carla table results/real_carla.json
+```
 
 `keep` reads the checkpoint files (`*.json` with `_checkpoint.records`) of Bench2Drive's evaluator in each folder,
 recursively, and stores status, driving score, success and game time of each record. Entries of the file under other
-names are kept. `table` compares every other name with the first one stored. docs/real-carla.md has the procedure.
+names stay. `table` compares every other name with the first one. docs/real-carla.md has the procedure.
 """
 
 from __future__ import annotations
@@ -21,9 +24,9 @@ from typing import Any, NamedTuple
 
 TOWNS = ("Town01", "Town02", "Town04", "Town10HD")
 SCORE_WITHIN = 3.0
-"""Driving scores agree if they differ by at most this much."""
+"""Largest difference at which driving scores agree. Ours."""
 CLOSE, CLOSE_S, NEAR = 0.05, 1.0, 0.15
-"""Times agree closely if they differ by at most this share or this many seconds, and roughly within the other share."""
+"""Largest differences at which times agree closely (share, s), and at which they agree roughly (share). Ours."""
 FORGIVEN = "min_speed_infractions"
 """Infractions of this kind do not count as a failure in Bench2Drive's success rate."""
 HALVES = ("tuning", "test")
@@ -51,7 +54,7 @@ Routes = dict[str, RealRoute]
 
 
 def half(route: str) -> str:
-    """Return the half to which a route belongs, `tuning` or `test`, by its hash; it was fixed before any tuning."""
+    """Return the half to which a route belongs, `tuning` or `test`, from its hash. It was fixed before any tuning."""
     return HALVES[hashlib.sha256(route.encode()).digest()[0] % 2]
 
 
@@ -67,7 +70,7 @@ def records(folder: Path) -> Iterator[tuple[str, Any]]:
                     found += 1
                     yield number.group(), record
     if not found:
-        raise SystemExit(f"{folder} has no checkpoint file with records; give a folder of result files")
+        raise SystemExit(f"no checkpoint file with records in folder: {folder}. Give a folder of result files")
 
 
 def drive_of(record: Any) -> PublishedRun:
@@ -79,13 +82,13 @@ def drive_of(record: Any) -> PublishedRun:
 
 
 def load(file: Path) -> Routes:
-    """Return what `keep` wrote; empty if there is no such file."""
-    kept = json.loads(file.read_text(encoding="utf-8")) if file.exists() else {}
+    """Return the content of a file from `keep`; empty without a file."""
+    stored = json.loads(file.read_text(encoding="utf-8")) if file.exists() else {}
     return {
         key: RealRoute(
             item["town"], item["scenario"], {name: PublishedRun(*facts) for name, facts in item["drives"].items()}
         )
-        for key, item in kept.items()
+        for key, item in stored.items()
     }
 
 
@@ -105,7 +108,7 @@ def keep(file: Path, sources: Iterable[tuple[str, Path]]) -> None:
 
 
 def table(routes: Routes) -> str:
-    """Return Markdown tables: how well all others agree with the first, by half and in total; then each route."""
+    """Return Markdown tables: agreement of all others with the first, by half and in total; then each route."""
     names = list(dict.fromkeys(name for route in routes.values() for name in route.drives))
     real, others = names[0], names[1:]
     head = f"| | routes | success as {real} | score within 3 | time within 5 % or 1 s | within 15 % | median ratio |"

@@ -1,12 +1,14 @@
-"""Prints the passes that were refused for lack of sight, from the records of an evaluation.
+"""Prints the passes that the guard rejected for lack of sight distance, from the records of an evaluation.
 
-    python -m stucksolver_eval.result_pages.refused_passes OUT
+```sh
+python -m stucksolver_eval.result_pages.refused_passes OUT
+```
 
-`OUT` is the folder of an evaluation that was driven with `--record`. For each route, the refusal that came closest to
-the required sight is printed. The last column shows what would be required in the best case: the sight ends at a
-junction, and everybody there starts from rest when the pass begins. It uses the guard's own acceleration and margin
-(`OncomingPolicy`) and 50 km/h. A pass with less sight than that could not be proven even if the lights and stop lines
-of all others were known.
+`OUT` is the folder of an evaluation with `--record`. For each route, the table contains the rejection that came closest
+to the required sight distance. The last column is the requirement in the best case: the visible lane ends at a
+junction, and all traffic there starts from rest when the pass begins. It uses the guard's own acceleration and margin
+(`OncomingPolicy`) and 50 km/h. A pass with less sight distance than that could not be proven even if the lights and
+stop lines of all others were known.
 """
 
 from __future__ import annotations
@@ -24,13 +26,13 @@ FACTS = ("needed_m", "seen_m", "time_s")
 
 @dataclass(frozen=True)
 class RefusedPass:
-    """A pass that was refused for lack of sight.
+    """A pass that the guard rejected for lack of sight distance.
 
     Attributes:
         route: Id of the route.
-        needed_m: Sight that the guard requires (m).
-        seen_m: Sight that there was (m).
-        unseen_s: Time in which traffic may come out of the unseen area (s).
+        needed_m: Required sight distance (m).
+        seen_m: Available sight distance (m).
+        unseen_s: Time in which traffic may come out of the occluded area (s).
     """
 
     route: str
@@ -40,17 +42,20 @@ class RefusedPass:
 
     @property
     def least_m(self) -> float:
-        """Sight that would be required if all unseen traffic started from rest at the end of the sight (m)."""
+        """Required sight distance if all occluded traffic started from rest at the end of the visible lane (m)."""
         policy = GuardPolicy().oncoming
         starting = PhantomVehicle(0.0, 0.0, policy.unknown_limit_mps, policy.turned_accelerates_mps2)
         return policy.sight_margin_m + starting.way_m(self.unseen_s)
 
 
 def nearest_of(folder: Path) -> tuple[RefusedPass, ...]:
-    """Return the refusal that came closest to the required sight for each route. Raises `FileNotFoundError`."""
+    """Return the rejection that came closest to the required sight distance for each route.
+
+    Raises `FileNotFoundError`.
+    """
     files = sorted(folder.rglob("intervention-*.jsonl"))
     if not files:
-        raise FileNotFoundError(f"{folder} has no record of an intervention: drive with evaluate --record")
+        raise FileNotFoundError(f"no record of an intervention in folder: {folder}. Drive with evaluate --record")
     found: dict[str, RefusedPass] = {}
     for file in files:
         for refusal in _refusals(file):
@@ -69,7 +74,7 @@ def _refusals(file: Path) -> Iterator[RefusedPass]:
 
 
 def _rejects(value: object) -> Iterator[dict[str, float]]:
-    """Yield all rejects for lack of sight in a line of a record, at any depth."""
+    """Yield all rejections for lack of sight distance in a line of a record, at any depth."""
     if isinstance(value, dict):
         if value.get("code") == "oncoming_sight" and all(value.get(name) is not None for name in FACTS):
             yield value
@@ -90,8 +95,10 @@ def table(passes: tuple[RefusedPass, ...]) -> str:
 
 def main(arguments: list[str] | None = None) -> int:
     """Print the table. Exits with 2 if there are no records."""
-    parser = argparse.ArgumentParser(description="Prints the passes that were refused for lack of sight.")
-    parser.add_argument("out", type=Path, help="folder of an evaluation driven with --record")
+    parser = argparse.ArgumentParser(
+        description="Prints the passes that the guard rejected for lack of sight distance."
+    )
+    parser.add_argument("out", type=Path, help="folder of an evaluation with --record")
     try:
         print(table(nearest_of(parser.parse_args(arguments).out)))
     except FileNotFoundError as error:

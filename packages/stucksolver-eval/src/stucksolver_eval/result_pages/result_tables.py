@@ -2,10 +2,10 @@
 
 Names are the folders of `results`, such as `bench220`, `dev`, `immobilized`, `wrong` and `latency`.
 
-Given two names, it compares the drives that both contain, seed by seed:
-`python -m stucksolver_eval.result_pages.result_tables dev dev-now`.
+With two names, it compares the runs that both contain, seed by seed: `python -m
+stucksolver_eval.result_pages.result_tables dev dev-now`.
 
-With `--write`, the tables replace those in `results/NAME.md` whose first three column heads are the same.
+With `--write`, the tables replace those in `results/NAME.md` with the same first three column heads.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ from stucksolver_eval.result_pages import RESULTS
 Summary = dict[str, Any]
 
 PLANNER = "planner-"
-"""Prefix of the arms with the driver `planner`; all others have the driver `behavior:normal`."""
+"""Prefix of the systems with the driver `planner`. All others have the driver `behavior:normal`."""
 
 
 def scores(arms: dict[str, Summary]) -> list[list[str]]:
-    """Return the table of Bench2Drive's scores, one row per arm."""
+    """Return the table of Bench2Drive's scores, one row per system."""
     head = _cells("arm | DS | SR % | route % | infractions | efficiency | (corrected) | comfort | (corrected)")
     keys = "driving_score success_rate route_completion infraction_score efficiency efficiency_corrected comfort"
     rows = []
@@ -48,7 +48,7 @@ def abilities(arms: dict[str, Summary]) -> list[list[str]]:
 
 
 def recovery(arms: dict[str, Summary]) -> list[list[str]]:
-    """Return the table of recovery figures; harm is counted from the start of a plan to 10 s after its end."""
+    """Return the table of recovery metrics. Harm counts from the start of a plan to 10 s after its end."""
     head = _cells(
         "arm | episodes | resolved | median s | p95 s | plans | recovered | by rung"
         " | false | missed | harm | right | queries | lost s"
@@ -89,14 +89,14 @@ def differences(folder: Path, arms: dict[str, Summary]) -> list[list[str]]:
 
 
 def _driver_alone(arm: str) -> str:
-    """Return the arm in which the driver of `arm` drives alone."""
+    """Return the system with the driver of `arm` alone."""
     return f"{PLANNER}alone" if arm.startswith(PLANNER) else "alone"
 
 
 def by_type(folder: Path, arms: dict[str, Summary]) -> list[list[str]]:
-    """Return the number of successful drives of each scenario type, one column per arm.
+    """Return the number of successful runs of each scenario type, one column per system.
 
-    Where the suite says what is right on a route (`recover`, `wait`, `ask`, `reroute`), a column shows it.
+    If the suite states the right action on a route (`recover`, `wait`, `ask`, `reroute`), a column contains it.
     """
     drives = {name: list(csv.DictReader((folder / name / "routes.csv").open(encoding="utf-8"))) for name in arms}
     kinds = sorted({row["scenario"] for rows in drives.values() for row in rows})
@@ -126,7 +126,7 @@ def _between(interval: Interval) -> str:
 
 
 def moved(before: Path, after: Path) -> list[list[str]]:
-    """Compare the drives that both folders contain: means, and the routes on which the outcome differs."""
+    """Compare the runs that both folders contain: means, and the routes with a different outcome."""
     rows = [_cells("arm | drives | DS | SR % | plans | lost | won")]
     for path in sorted(after.glob("*/routes.csv")):
         arm = path.parent.name
@@ -177,7 +177,7 @@ def _printed(rows: list[list[str]]) -> str:
 
 
 class ResultPageError(ValueError):
-    """A page lacks a table; the message shows the head that it needs."""
+    """A page lacks a table. The message contains the required head."""
 
 
 def tables_of(name: str, later: str | None = None) -> list[str]:
@@ -190,7 +190,8 @@ def tables_of(name: str, later: str | None = None) -> list[str]:
     }
     if not arms:
         raise SystemExit(
-            f"no summary in {RESULTS / name}: run results/run.sh, then stucksolver_eval.result_pages.archive_results"
+            f"no summary in folder: {RESULTS / name}. "
+            "Run results/run.sh, then stucksolver_eval.result_pages.archive_results"
         )
     if name.startswith("wrong"):
         return [
@@ -209,10 +210,10 @@ def tables_of(name: str, later: str | None = None) -> list[str]:
 
 
 def replaced(page: str, table: str) -> str:
-    """Return the page with the table in place of the one whose first three column heads are the same.
+    """Return the page with the table in place of the one with the same first three column heads.
 
     Raises:
-        PageError: The page has no such table, or several.
+        ResultPageError: The page has no such table, or several.
     """
     head = _heads(table.splitlines()[0])
     lines = page.splitlines()

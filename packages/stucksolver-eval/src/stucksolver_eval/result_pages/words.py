@@ -1,10 +1,12 @@
 #!/usr/bin/env python3
-"""Writes results/words.md: how well the reader understands the blind sentences, compared with simple patterns.
+"""Writes results/words.md: accuracy of the interpreter on the blind sentences, compared with simple patterns.
 
-    python -m stucksolver_eval.result_pages.words
+```sh
+python -m stucksolver_eval.result_pages.words
+```
 
-Needs the extra [language] of the README. The authors of the sentences in results/words had seen neither the grammar nor
-the training sentences.
+Needs the extra [language] of the README. The authors of the sentences in results/words had access to neither the
+grammar nor the training sentences.
 """
 
 from __future__ import annotations
@@ -24,6 +26,7 @@ from stucksolver_language.intent.network import NetworkInterpreter
 
 SETS = ("blind-1", "blind-2", "blind-3")
 BINS = ((0.0, 0.5), (0.5, 0.7), (0.7, 0.8), (0.8, 0.85), (0.85, 0.9), (0.9, 1.01))
+"""Bins of confidence in the table of calibration. Ours."""
 PATTERNS = (
     ("wait", r"\b(do ?n.?t|do not|(?<!will )(?<!will never )(never(?! mind)|stop|wait|stay)|hold on|not yet)\b"),
     ("pull_over", r"\b(pull(ing)? over|pull to the side|to the roadside)\b"),
@@ -33,7 +36,7 @@ PATTERNS = (
     ("overtake", r"\b(left|right)\b"),
     ("go", r"\b(go|drive|move|edge|creep|continue|proceed)\b"),
 )
-"""The patterns that read the words earlier. They did not distinguish small talk from unclear requests."""
+"""Patterns of an earlier interpreter. They did not distinguish small talk from unclear requests."""
 
 TITLE = "# What the reader of words understands"
 ABOUT = """There are three sets of 500 sentences, written by three authors who had seen neither the grammar nor the
@@ -52,38 +55,39 @@ guard still decides after that."""
 
 @dataclass(frozen=True)
 class Read:
-    """A blind sentence with its reading, and the intent that the patterns find."""
+    """A blind sentence with its interpretation, and the intent that the patterns find."""
 
-    said: dict[str, object]
+    sentence: dict[str, object]
     reading: Interpretation
     pattern: str
 
     @property
-    def meant(self) -> str:
-        """The intent that the sentence was written for."""
-        return str(self.said["intent"])
+    def meant_intent(self) -> str:
+        """The intent of the sentence's author."""
+        return str(self.sentence["intent"])
 
     @property
     def understood(self) -> bool:
         """True if the most likely intent is the intended one."""
-        return self.reading.likely.value == self.meant
+        return self.reading.likely.value == self.meant_intent
 
     @property
     def acted(self) -> bool:
-        """True if the intent that is acted on is the intended one."""
-        return self.reading.intent.value == self.meant
+        """True if the intent after the confidence threshold is the intended one."""
+        return self.reading.intent.value == self.meant_intent
 
     @property
     def held_needlessly(self) -> bool:
-        """True if the reading holds the vehicle although the sentence neither asked for that nor warned."""
-        warned = not {"not_clear", "returning_soon"}.isdisjoint(self.said["claims"])  # type: ignore[arg-type]
-        meant = GuidanceIntent(self.meant)
+        """True if the interpretation holds the vehicle although the sentence neither asked for that nor warned."""
+        warned = not {"not_clear", "returning_soon"}.isdisjoint(self.sentence["claims"])  # type: ignore[arg-type]
+        meant = GuidanceIntent(self.meant_intent)
         return self.reading.intent in STAYS and meant not in STAYS | {GuidanceIntent.UNLAWFUL} and not warned
 
     @property
     def moved_wrongly(self) -> bool:
-        """True if the reading asks for a motion although the sentence asked for none or forbade this one."""
-        wrong = GuidanceIntent(self.meant) not in MOVES or self.reading.intent.value in self.said["unsafe_if"]  # type: ignore[operator]
+        """True if the interpretation asks for a motion although the sentence asked for none or forbade this one."""
+        unsafe = self.reading.intent.value in self.sentence["unsafe_if"]  # type: ignore[operator]
+        wrong = GuidanceIntent(self.meant_intent) not in MOVES or unsafe
         return self.reading.intent in MOVES and not self.acted and wrong
 
 
@@ -93,10 +97,10 @@ def pattern_intent(text: str) -> str:
 
 
 def read_set(name: str, reader: NetworkInterpreter) -> list[Read]:
-    """Read a blind set with the reader and the patterns."""
+    """Interpret a blind set with the interpreter and the patterns."""
     lines = (RESULTS / "words" / f"{name}.jsonl").read_text(encoding="utf-8").splitlines()
-    said = [json.loads(line) for line in lines]
-    return [Read(s, reader.read(s["text"], s["situation"]), pattern_intent(s["text"])) for s in said]
+    sentences = [json.loads(line) for line in lines]
+    return [Read(s, reader.read(s["text"], s["situation"]), pattern_intent(s["text"])) for s in sentences]
 
 
 def by_class(reads: list[Read]) -> list[str]:
@@ -106,10 +110,10 @@ def by_class(reads: list[Read]) -> list[str]:
         "| patterns |",
         "|---|---|---|---|---|---|---|---|",
     ]
-    for kind in [*dict.fromkeys(str(r.said["class"]) for r in reads), "all"]:
-        some = [r for r in reads if kind in (r.said["class"], "all")]
-        back = sum(r.reading.intent is GuidanceIntent.UNCLEAR and r.meant != "unclear" for r in some)
-        fits = sum(r.pattern == r.meant or (r.pattern == "unclear" and r.meant == "none") for r in some)
+    for kind in [*dict.fromkeys(str(r.sentence["class"]) for r in reads), "all"]:
+        some = [r for r in reads if kind in (r.sentence["class"], "all")]
+        back = sum(r.reading.intent is GuidanceIntent.UNCLEAR and r.meant_intent != "unclear" for r in some)
+        fits = sum(r.pattern == r.meant_intent or (r.pattern == "unclear" and r.meant_intent == "none") for r in some)
         wrongly = sum(r.moved_wrongly for r in some)
         holds = sum(r.held_needlessly for r in some)
         flags = ([r.understood for r in some], [r.acted for r in some])
@@ -121,7 +125,7 @@ def by_class(reads: list[Read]) -> list[str]:
 
 
 def calibration(reads: list[Read]) -> list[str]:
-    """Return the calibration table: how often readings of each confidence are right."""
+    """Return the calibration table: the share of correct interpretations by confidence."""
     rows = ["| confidence | readings | mean confidence | right |", "|---|---|---|---|"]
     for low, high in BINS:
         some = [r for r in reads if low <= r.reading.confidence < high]
@@ -135,10 +139,10 @@ def calibration(reads: list[Read]) -> list[str]:
 def fields(reads: list[Read]) -> str:
     """Return the accuracy of the other fields over all sentences."""
     n = len(reads)
-    side = sum((r.reading.side.value if r.reading.side else None) == r.said["side"] for r in reads)
-    negated = sum(r.reading.negated == r.said["negated"] for r in reads)
-    urgent = sum(r.reading.urgent == r.said["urgent"] for r in reads)
-    claims = sum({c.value for c in r.reading.claims} == set(r.said["claims"]) for r in reads)  # type: ignore[call-overload]
+    side = sum((r.reading.side.value if r.reading.side else None) == r.sentence["side"] for r in reads)
+    negated = sum(r.reading.negated == r.sentence["negated"] for r in reads)
+    urgent = sum(r.reading.urgent == r.sentence["urgent"] for r in reads)
+    claims = sum({c.value for c in r.reading.claims} == set(r.sentence["claims"]) for r in reads)  # type: ignore[call-overload]
     shares = [
         f"{name} {100 * right / n:.1f} %"
         for name, right in (("side", side), ("negation", negated), ("urgency", urgent), ("all claims", claims))
@@ -147,15 +151,15 @@ def fields(reads: list[Read]) -> str:
 
 
 def misses(reads: list[Read]) -> list[str]:
-    """Return a table of all sentences that are not acted on as meant."""
+    """Return a table of all sentences without the intended action."""
     rows = ["| meant | read as | confidence | words | situation |", "|---|---|---|---|---|"]
-    for r in sorted((r for r in reads if not r.acted), key=lambda r: (r.meant, str(r.said["id"]))):
+    for r in sorted((r for r in reads if not r.acted), key=lambda r: (r.meant_intent, str(r.sentence["id"]))):
         read = r.reading.likely.value
         if r.reading.likely is not r.reading.intent:
             read += " (waits)" if r.reading.intent is GuidanceIntent.WAIT else " (asked back)"
         mark = "**" if r.moved_wrongly else ""
-        text, situation = (str(r.said[key]).replace("|", "\\|") for key in ("text", "situation"))
-        rows.append(f"| {r.meant} | {mark}{read}{mark} | {r.reading.confidence:.2f} | {text} | {situation} |")
+        text, situation = (str(r.sentence[key]).replace("|", "\\|") for key in ("text", "situation"))
+        rows.append(f"| {r.meant_intent} | {mark}{read}{mark} | {r.reading.confidence:.2f} | {text} | {situation} |")
     return rows
 
 
@@ -168,14 +172,14 @@ def main() -> None:
     for name in SETS:
         reads = read_set(name, reader)
         every += reads
-        confused = Counter((r.meant, r.reading.likely.value) for r in reads if not r.understood).most_common(8)
+        confused = Counter((r.meant_intent, r.reading.likely.value) for r in reads if not r.understood).most_common(8)
         parts += ["", f"## {name}", "", *by_class(reads), "", f"Other fields: {fields(reads)}.", ""]
         parts += [
             "Most frequent mistakes: " + ", ".join(f"{meant} as {read} {n}" for (meant, read), n in confused) + "."
         ]
     parts += ["", "## Calibration, all sets", "", *calibration(every)]
     for name in SETS:
-        some = [r for r in every if str(r.said["id"]).startswith(f"b{name[-1]}")]
+        some = [r for r in every if str(r.sentence["id"]).startswith(f"b{name[-1]}")]
         parts += ["", f"## Every miss of {name}", "", "Bold: moves wrongly.", "", *misses(some)]
     (RESULTS / "words.md").write_text("\n".join(parts) + "\n", encoding="utf-8")
     assert len(INTENTS) == len(GuidanceIntent)

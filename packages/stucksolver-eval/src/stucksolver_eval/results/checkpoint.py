@@ -26,7 +26,7 @@ class Scores(BaseModel):
 
 
 class Meta(BaseModel):
-    """Metres, and seconds of game and wall time."""
+    """Meters, and seconds of game and wall time."""
 
     route_length: float
     duration_game: float
@@ -34,7 +34,7 @@ class Meta(BaseModel):
 
 
 class RouteRecord(BaseModel):
-    """The leaderboard's record of one route, with its field names. Further fields of other files are kept."""
+    """The leaderboard's record of one route, with its field names. Further fields of other files stay."""
 
     model_config = ConfigDict(extra="allow")
 
@@ -69,7 +69,7 @@ class _Checkpoint(BaseModel):
 
 
 class CheckpointFile(BaseModel):
-    """A complete checkpoint file of the leaderboard; ours have one route each."""
+    """A complete checkpoint file of the leaderboard. Files from this package have one route each."""
 
     checkpoint: _Checkpoint = Field(alias="_checkpoint")
     entry_status: str = "Finished"
@@ -120,9 +120,9 @@ def status_text(status: str) -> str:
 
 
 def save_name(route_id: str, town: str, scenario: str) -> str:
-    """Return the name of a route's files; the town may be given as a map file.
+    """Return the name of a route's files. The town may be a map file.
 
-    The names in it come from a route file. None of them leads to another folder: what separates folders is encoded.
+    The names in it come from a route file. None of them leads to another folder, because path separators are encoded.
     """
     name = f"RouteScenario_{route_id}_rep0_{Path(town).stem}_{scenario}"
     return re.sub(r"[/\\%\x00-\x1f\x7f]", lambda found: f"%{ord(found[0]):02X}", name)

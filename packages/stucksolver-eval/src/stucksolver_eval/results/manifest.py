@@ -1,4 +1,4 @@
-"""The settings of an evaluation, stored in its folder so that nothing else is mixed with it."""
+"""The settings of an evaluation, stored in its folder so that results of other settings are not mixed with it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from stucksolver_eval.routes.writer import routes_text
 
 
 class EvaluationManifest(FrozenModel):
-    """`suite_digest` is of the routes as written, `guidance_digest` and `ladder_digest` of the files' bytes."""
+    """`suite_digest` covers the routes as written, `guidance_digest` and `ladder_digest` the files' bytes."""
 
     version: Literal[1] = 1
     suite: str
@@ -25,7 +25,7 @@ class EvaluationManifest(FrozenModel):
     recovery: str
     reasoner: str = ""
     prompt: str = ""
-    """Version and digest of the prompt, if a model is asked."""
+    """Version and digest of the prompt, if a model is queried."""
     clock: str
     perception: str
     detector: dict[str, float] = Field(default_factory=dict)
@@ -36,7 +36,7 @@ class EvaluationManifest(FrozenModel):
     ladder: str = ""
     ladder_digest: str = ""
     memory: str = ""
-    """Name of the memory file, if there was one: it changes with every drive."""
+    """Name of the memory file, if there was one. It changes with every run."""
     simulator: str = "carlette"
     command: str = ""
 
@@ -69,7 +69,7 @@ class EvaluationManifest(FrozenModel):
 
 
 def suite_digest(routes: tuple[Route, ...]) -> str:
-    """Return the SHA-256 of the routes in our own XML form, so that white space and comments do not matter."""
+    """Return the SHA-256 of the routes in a normalized XML form, so that white space and comments do not matter."""
     return hashlib.sha256(routes_text(routes).encode()).hexdigest()
 
 

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     import carla
 
 DIGITS = 5
+"""Number of decimals. As in Bench2Drive."""
 Array = NDArray[np.float64]
 
 

@@ -1,6 +1,6 @@
-"""The outcome of one route in addition to the leaderboard's record: the input of the recovery figures.
+"""The outcome of one route in addition to the leaderboard's record: the input of the recovery metrics.
 
-Times are seconds since the start of the route; places are metres along it.
+Times are seconds since the start of the route; positions are meters along it.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ State = Literal["driven", "unsupported", "invalid", "crashed"]
 
 
 class TimedInfraction(FrozenModel):
-    """An infraction, or a near miss, with the time at which it happened."""
+    """An infraction, or a near miss, with its time."""
 
     kind: str
     time_s: float
@@ -26,7 +26,7 @@ class TimedInfraction(FrozenModel):
 
 
 class SpokenGuidance(TimedInfraction):
-    """What a person said or answered. `help` is the intended kind of help, empty if none."""
+    """An utterance or reply of a person. `help` is the intended kind of help, empty if none."""
 
     help: str = ""
     by: str = "passenger"
@@ -38,7 +38,7 @@ class ImmobilizationEpisode(FrozenModel):
     onset_s: float
     place_m: float
     recovered_after_s: float | None
-    """None: the route ended first."""
+    """None if the route ended first."""
     ended_s: float
 
 
@@ -49,27 +49,27 @@ class InterventionRecord(FrozenModel):
     end_s: float
     place_m: float
     rung: str
-    """The rung of the ladder that it came from: `rules`, `passenger`, or a timer's action."""
+    """The rung of the ladder that proposed it: `rules`, `passenger`, or a timer's action."""
     behaviors: tuple[str, ...]
     moves: bool
-    """False for a plan that only stands still."""
+    """False for a plan without motion."""
     finished: bool
     text: str = ""
 
 
 class QueryOutcome(str, Enum):
-    """The outcome of a question to the reasoner."""
+    """The outcome of a query to the reasoner."""
 
     NO_PLAN = "nothing to do"
     ACCEPTED = "accepted"
     REFUSED = "refused"
-    """A plan that the guard did not accept."""
+    """A plan that the guard rejected."""
     FAILED = "failed"
     """There was no answer."""
 
 
 class QueryRecord(FrozenModel):
-    """A question to the reasoner."""
+    """A query to the reasoner."""
 
     asked_s: float
     answered_s: float | None = None
@@ -84,7 +84,7 @@ class QueryRecord(FrozenModel):
 
 
 def came_to(verdict: Verdict | None) -> tuple[QueryOutcome, str]:
-    """Return the outcome of an answer, and the same for people. `verdict` is None if it proposed no plan."""
+    """Return the outcome of an answer, and a text for people. `verdict` is None if it proposed no plan."""
     if verdict is None:
         return QueryOutcome.NO_PLAN, QueryOutcome.NO_PLAN.value
     if verdict.accepted:
@@ -93,18 +93,18 @@ def came_to(verdict: Verdict | None) -> tuple[QueryOutcome, str]:
 
 
 class Reliability(FrozenModel):
-    """How often a reasoner that depends on an external service answered in a run."""
+    """Reliability of a reasoner that depends on an external service, in a run."""
 
     reasoner: str
     asked: int
-    """Questions that it was asked and that were not withdrawn."""
+    """Number of queries that were not canceled."""
     unanswered: int
     why: str = ""
     """Reason of the last one without a usable answer."""
 
 
 class RouteOutcome(FrozenModel):
-    """One route with one arm and one seed."""
+    """One route with one system and one seed."""
 
     version: Literal[1] = 1
     route_id: str
@@ -114,11 +114,11 @@ class RouteOutcome(FrozenModel):
     arm: str
     state: State = "driven"
     reason: str = ""
-    """Why it was not driven."""
+    """Reason why it was not driven."""
     expected: Expected | None = None
     """The right action in the scenario, if it is stated."""
     asked_s: float | None = None
-    """When help was requested, or None."""
+    """Time of the call for help, or None."""
     ticks: int = 0
     wall_s: float = 0.0
     length_m: float = 0.0
@@ -131,10 +131,10 @@ class RouteOutcome(FrozenModel):
     near_misses: tuple[TimedInfraction, ...] = ()
     spells: tuple[ImmobilizationEpisode, ...] = ()
     stopped_s: float | None = None
-    """Time with a speed below 0.1 m/s (s); None in results from before this was measured."""
+    """Time with a speed below 0.1 m/s (s); None in results from before this measurement."""
     interventions: tuple[InterventionRecord, ...] = ()
     queries: tuple[QueryRecord, ...] = ()
     reliability: tuple[Reliability, ...] = ()
     guidance: tuple[SpokenGuidance, ...] = ()
     track: tuple[tuple[float, float], ...] = Field(default=())
-    """(time, place) once per second."""
+    """(time, position) once per second."""

@@ -1,7 +1,7 @@
 """The data of one run's replay: the map around it, all actors and all decisions.
 
-Everything is in the map's right-handed frame (x east, y north, metres; yaw counter-clockwise in degrees), rounded
-to centimetres when written.
+Everything is in the map's right-handed frame (x east, y north, meters; yaw counter-clockwise in degrees), rounded to
+centimeters when written.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ class RunLogFrame(FrozenModel):
     lights: tuple[tuple[float, float, str], ...] = ()
     """(x_m, y_m, state) of traffic lights nearby: `red`, `yellow`, `green`, `off`."""
     path: Polyline = ()
-    """The path of the recovery behaviour that is being driven, if any."""
+    """Path of the current recovery behavior, if any."""
 
 
 class DecisionMoment(FrozenModel):
@@ -78,11 +78,11 @@ class DecisionMoment(FrozenModel):
     """JSON form of `stucksolver.plan.Decision`: observation, analysis, plan (None: nothing to do), rationale."""
     outcome: QueryOutcome
     codes: tuple[RejectCode, ...] = ()
-    """Why the plan was refused."""
+    """Reasons of the rejection."""
     verdict: str
     """The verdict for people, with details."""
     picture: str | None = None
-    """The front camera's image at the time of the question, if there is a camera: a small JPEG in base64."""
+    """The front camera's image at the time of the query, if there is a camera: a small JPEG in base64."""
 
 
 class LogEvent(FrozenModel):
@@ -94,7 +94,7 @@ class LogEvent(FrozenModel):
 
 
 class RunResult(FrozenModel):
-    """The figures of one run, as shown in the table."""
+    """The metrics of one run, as in the table."""
 
     status: str
     """`completed`, `blocked`, `timeout`, `collision`, ..."""
@@ -107,10 +107,10 @@ class RunResult(FrozenModel):
     immobilizations: int
     """Number of times that the ego was below 5 km/h for 10 s or more, or that a plan moved it, before 15 m of progress.
 
-    `scores.recovery` counts the same ones.
+    `metrics.recovery` counts the same ones.
     """
     recoveries: int = 0
-    """How many of them were followed by 15 m of new progress."""
+    """Number of them that were followed by 15 m of new progress."""
     decisions: int
     plans_accepted: int
     duration_s: float
@@ -124,7 +124,7 @@ class RunLog(FrozenModel):
     scenario: str
     """A short description: `parked car, one lane each way`."""
     arm: str
-    """Who drives: `driver alone`, `StuckSolver`, `StuckSolver + passenger`."""
+    """Name of the system: `driver alone`, `StuckSolver`, `StuckSolver + passenger`."""
     seed: int
     driver: str
     reasoner: str

@@ -1,13 +1,15 @@
-"""The folder of an evaluation: the location of its files, and which routes are done.
+"""The folder of an evaluation: the location of its files, and the finished routes.
 
-evaluation.json                      what was asked for
-routes.xml                           the routes, as they were
+```
+evaluation.json                      settings of the evaluation
+routes.xml                           the routes, unchanged
 seed-1/records/NAME.json             one checkpoint of the leaderboard for each route, and nothing else
 seed-1/metrics/NAME/metric_info.json
 seed-1/replays/NAME.json.gz
-seed-1/interventions/NAME/           hash-chained records, where asked for
-seed-1/events/NAME.jsonl             all events of the solver, where asked for
-seed-1/outcomes/NAME.json            written last: a route that has it is done
+seed-1/interventions/NAME/           hash-chained records, if requested
+seed-1/events/NAME.jsonl             all events of the solver, if requested
+seed-1/outcomes/NAME.json            written last: a route with it is done
+```
 """
 
 from __future__ import annotations
@@ -30,7 +32,7 @@ from stucksolver_eval.routes import Route, read_routes, write_routes
 OUTCOMES = "outcomes"
 MANIFEST, ROUTES = "evaluation.json", "routes.xml"
 DONE = ("driven", "unsupported")
-"""A route that crashed, or could not be driven as specified, is tried again on resume."""
+"""States of a finished route. A route that crashed, or could not be driven as specified, is repeated on resume."""
 
 _FILES = {
     "metrics": "{}",
@@ -43,7 +45,7 @@ _FILES = {
 
 
 class StoreError(RuntimeError):
-    """A folder cannot be used as a result folder; the message names it, the cause and the remedy."""
+    """A folder cannot be used as a result folder. The message names the folder, the cause and the remedy."""
 
 
 class ResultStore:
@@ -61,14 +63,15 @@ class ResultStore:
             found = self.manifest()
             if not resume:
                 raise StoreError(
-                    f"{self.folder} has results of {found.title}: add --resume to continue, or choose another --out"
+                    f"folder has results of {found.title}: {self.folder}. "
+                    "Add --resume to continue, or choose another --out"
                 )
             differs = manifest.differs_from(found)
             if differs:
-                raise StoreError(f"{self.folder} cannot be resumed: {differs}; choose another --out")
+                raise StoreError(f"cannot resume folder: {self.folder}: {differs}. Choose another --out")
             return
         if self.folder.exists() and any(self.folder.iterdir()):
-            raise StoreError(f"{self.folder} is not empty and is not an evaluation: choose another --out")
+            raise StoreError(f"not an evaluation and not empty: {self.folder}. Choose another --out")
         write_routes(self.folder / ROUTES, routes)
         write_text(path, manifest.model_dump_json(indent=1) + "\n")
 
@@ -79,11 +82,11 @@ class ResultStore:
             return EvaluationManifest.model_validate_json(path.read_text(encoding="utf-8"))
         except OSError as error:
             raise StoreError(
-                f"{self.folder} is not a result folder of `stucksolver evaluate`: no {MANIFEST} in it"
+                f"not a result folder of `stucksolver evaluate`: {self.folder} has no {MANIFEST}. Choose another folder"
             ) from error
         except ValidationError as error:
             raise StoreError(
-                f"{path} was written by another version ({error.errors()[0]['msg']}): use that version, or run again"
+                f"file of another version: {path}: {error.errors()[0]['msg']}. Use that version, or run again"
             ) from error
 
     def routes(self) -> tuple[Route, ...]:
@@ -91,7 +94,7 @@ class ResultStore:
         return read_routes(self.folder / ROUTES)
 
     def seeds(self) -> tuple[int, ...]:
-        """The seeds of the run."""
+        """Return the seeds of the run."""
         return self.manifest().seeds
 
     def is_done(self, route: Route, seed: int) -> bool:
@@ -118,7 +121,7 @@ class ResultStore:
         write_text(self._path(OUTCOMES, route, outcome.seed), outcome.model_dump_json() + "\n")
 
     def take(self, other: ResultStore, route: Route, outcome: RouteOutcome) -> None:
-        """Copy all files of a route that is done in another store, and write its outcome last, as it is given."""
+        """Copy all files of a route that is done in another store. Writes its outcome last, unchanged."""
         for part in _FILES:
             if part == OUTCOMES:
                 continue

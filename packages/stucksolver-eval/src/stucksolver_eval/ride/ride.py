@@ -32,16 +32,20 @@ if TYPE_CHECKING:
     import carla
 
 DT_S = 0.05
+"""Length of a tick (s)."""
 HERO = "vehicle.lincoln.mkz_2020"
 LIFT_M = 0.3
+"""Height above the road at which the ego spawns (m). Ours."""
 SETTLE_TICKS = 10
+"""Number of ticks for the ego to settle on its wheels. Ours."""
 STANDS_MPS = 0.3
+"""Speed below which the ego counts as stopped at its destination (m/s). Ours."""
 VEHICLE = "car-1"
-"""The car's id at the desk."""
+"""Id of the car on the passenger server."""
 
 
 class RideError(RuntimeError):
-    """The ride cannot start; the message says why."""
+    """The ride cannot start. The message states the reason."""
 
 
 @dataclass(frozen=True)
@@ -50,10 +54,10 @@ class RideSpec:
 
     Attributes:
         case: One of `RIDES`.
-        asks: Ask the passenger before the car uses the oncoming lane, unless their own words requested it.
-        memory: File of the memory of what helped; None for no memory.
+        asks: Ask the passenger before the car uses the oncoming lane, unless their own guidance requested it.
+        memory: File of the memory; None for no memory.
         clock: Clock of the solver; `wall` uses the real time of answers.
-        host: Address of a running CARLA server, instead of our own carlette.
+        host: Address of a running CARLA server, which replaces carlette.
         port: Its port.
     """
 
@@ -89,7 +93,7 @@ class RideSpec:
 
 @dataclass(frozen=True)
 class RideOutcome:
-    """How the ride ended, and its pacing: number of ticks, number of late ones, and the longest delay (s)."""
+    """End of the ride, and its pacing: number of ticks, number of late ones, and the longest delay (s)."""
 
     arrived: bool
     duration_s: float
@@ -117,9 +121,8 @@ def drive_ride(
 ) -> RideOutcome:
     """Drive the route in a separate simulator.
 
-    `begun` is called when the page has something to show; the ride ends early if `wanted` returns False. Raises
-    `ServerError`, `RideError`, `MemoryFileError`, `ScenarioError`, `RouteError`, `LadderError`, and errors of the
-    client.
+    `begun` is called when the page has content. The ride ends early if `wanted` returns False. Raises `ServerError`,
+    `RideError`, `MemoryFileError`, `ScenarioError`, `RouteError`, `LadderError`, and errors of the client.
     """
     with open_server(spec.town, spec.maps, spec.seed, spec.host, spec.port, scenery=True) as server:
         return _in_world(spec, route, desk, server, begun, wanted)
@@ -161,13 +164,14 @@ def _hero(world: carla.World, line: RouteLine) -> carla.Vehicle:
     hero: carla.Vehicle | None = world.try_spawn_actor(blueprint, start)
     if hero is None:
         raise RideError(
-            f"the car could not be placed at the route's start ({start.location.x:.1f}, {start.location.y:.1f})"
+            f"cannot place the car at the route's start: ({start.location.x:.1f}, {start.location.y:.1f}). "
+            "Choose another seed"
         )
     return hero
 
 
 class _Ride:
-    """One ride; the constructor sets everything up."""
+    """One ride. The constructor prepares it."""
 
     def __init__(self, spec: RideSpec, setting: ScenarioContext, play: ScenarioPlayer, desk: PassengerGateway) -> None:
         self._spec, self._setting, self._play, self._desk = spec, setting, play, desk
@@ -176,7 +180,7 @@ class _Ride:
         self._driver = driver
         self._stack = CarlaStack(hero, driver, setting.map)
         reader = find_reader()
-        reader.read("hello", "")  # load the reader now, because its first reading takes long
+        reader.read("hello", "")  # loads the interpreter now, because its first interpretation takes long
         policy, ear = spec.policy(), desk.ear(VEHICLE)
         self._memory = None if spec.memory is None else Memory(spec.memory)
         limits = policy.waits.limits()
@@ -197,7 +201,7 @@ class _Ride:
         self._arrived = False
 
     def go(self, wanted: Callable[[], bool]) -> RideOutcome:
-        """Drive until the car stands at its destination, or the ride is no longer wanted."""
+        """Drive until the car has stopped at its destination, or the ride is no longer needed."""
         pace, time_s = RealTimePacer(DT_S / self._spec.tempo), 0.0
         try:
             while wanted() and not self._arrived and (self._spec.limit_s is None or time_s < self._spec.limit_s):
@@ -210,13 +214,17 @@ class _Ride:
             if self._memory is not None:
                 self._memory.close()
                 if self._memory.fault is not None:
-                    print(f"note: not everything was remembered: {self._memory.fault}", file=sys.stderr, flush=True)
+                    print(
+                        f"note: some entries of the memory were not stored: {self._memory.fault}",
+                        file=sys.stderr,
+                        flush=True,
+                    )
             self._seat.end()
             self._desk.leave(VEHICLE)
         return RideOutcome(self._arrived, time_s, pace.ticks, pace.late, pace.worst_s, tuple(pace.behind_s))
 
     def _tick(self) -> float:
-        """Do everything between two ticks of the world. Returns the time since the start (s)."""
+        """Run the steps between two ticks of the world. Returns the time since the start (s)."""
         setting = self._setting
         time_s = float(setting.world.get_snapshot().timestamp.elapsed_seconds) - self._start_s
         self._place = setting.route.project(setting.hero.get_location(), self._place)

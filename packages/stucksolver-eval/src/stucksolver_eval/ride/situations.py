@@ -10,12 +10,12 @@ from stucksolver_eval.cases.case import CASES, CaseLocation
 from stucksolver_eval.streets.finder import choose_street
 
 ONCOMING = 3
-"""Number of oncoming cars on streets with one lane each way."""
+"""Number of oncoming cars on streets with one lane each way. Ours."""
 
 
 @dataclass(frozen=True)
 class RideCase:
-    """One situation. `map_name` is its default map; `find` finds its place on a map."""
+    """One situation. `map_name` is its default map; `find` finds its position on a map."""
 
     type: str
     map_name: str

@@ -14,7 +14,7 @@ _NOT_PARAMETERS = ("trigger_point",)
 
 
 class RouteFileError(ValueError):
-    """A route file is invalid; the message names file, line, problem and remedy."""
+    """A route file is invalid. The message names the file, the line, the problem and the remedy."""
 
 
 def read_routes(path: Path) -> tuple[Route, ...]:
@@ -22,7 +22,7 @@ def read_routes(path: Path) -> tuple[Route, ...]:
     try:
         root = _parse(path)
     except OSError as error:
-        raise RouteFileError(f"{path}: cannot be read: {error.strerror}; give a route XML file") from error
+        raise RouteFileError(f"cannot read file: {path}: {error.strerror}. Give a route XML file") from error
     reader = _RouteFileReader(path)
     if root.tag != "routes":
         raise reader.error(
@@ -99,11 +99,11 @@ class _RouteFileReader:
         )
 
     def refuse_twins(self, routes: tuple[Route, ...], root: _Element) -> None:
-        seen: set[str] = set()
+        known_ids: set[str] = set()
         for route, element in zip(routes, root.all("route"), strict=True):
-            if route.id in seen:
+            if route.id in known_ids:
                 raise self.error(element, f"route id {route.id} occurs twice", "give each route its own id")
-            seen.add(route.id)
+            known_ids.add(route.id)
 
     def _scenario(self, element: _Element) -> ScenarioSpec:
         name = self._text(element, "name")
@@ -139,6 +139,7 @@ class _RouteFileReader:
         try:
             value = float(text)
         except ValueError:
+            # The check below reports the element with its line.
             value = math.nan
         if not math.isfinite(value):
             raise self.error(element, f'{name}="{text}" of <{element.tag}> is not a number', "write a finite number")

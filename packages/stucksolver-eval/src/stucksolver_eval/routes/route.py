@@ -1,4 +1,4 @@
-"""One route of a suite, as in its XML. Positions are in CARLA's left-handed world frame, in metres and degrees."""
+"""One route of a suite, as in its XML. Positions are in CARLA's left-handed world frame, in meters and degrees."""
 
 from __future__ import annotations
 

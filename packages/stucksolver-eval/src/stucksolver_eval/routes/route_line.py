@@ -20,8 +20,9 @@ from stucksolver_carla.stack.route_road import new_ground
 from stucksolver_eval.routes.route import Position
 
 SEARCH_BACK, SEARCH_AHEAD = 10, 60
-"""Number of points before and after the last one that a projection searches first."""
+"""Number of points before and after the last one that a projection searches first. Ours."""
 LOST_M = 15.0
+"""Distance from these points above which the whole route is searched (m). Ours."""
 
 Array = NDArray[np.float64]
 
@@ -78,7 +79,7 @@ class RouteLine:
 
     @property
     def points(self) -> tuple[RoutePoint, ...]:
-        """The points in the form that a driver takes."""
+        """Points of the route for a driver."""
         return tuple(RoutePoint(w, c.value) for w, c in zip(self.waypoints, self.commands, strict=True))
 
     @cached_property
@@ -89,7 +90,7 @@ class RouteLine:
 
     @cached_property
     def new_ground_m(self) -> Array:
-        """Arc length at each waypoint without stretches that the route has driven before, shape (n,) (m)."""
+        """Arc length at each waypoint without stretches that the route contains twice, shape (n,) (m)."""
         return new_ground(self.xyz[:, :2], self.s_m)
 
     @cached_property
@@ -99,7 +100,7 @@ class RouteLine:
         return np.array([(v.x, v.y, v.z) for v in ahead], dtype=np.float64)
 
     def project(self, location: carla.Location, near_index: int = 0) -> int:
-        """Return the index of the waypoint nearest to a location; search near `near_index` first, then everywhere."""
+        """Return the index of the waypoint nearest to a location. Searches near `near_index` first, then everywhere."""
         first = max(near_index - SEARCH_BACK, 0)
         away = distances(self.xyz[first : near_index + SEARCH_AHEAD], location.x, location.y)
         best = int(np.argmin(away))
@@ -112,6 +113,6 @@ class RouteLine:
         after = int(np.clip(np.searchsorted(self.s_m, s_m), 1, len(self.s_m) - 1))
         return after if self.s_m[after] - s_m <= s_m - self.s_m[after - 1] else after - 1
 
-    def at(self, s_m: float) -> carla.Waypoint:
+    def waypoint_at(self, s_m: float) -> carla.Waypoint:
         """Return the waypoint nearest to an arc length (m); the first or last one beyond the ends."""
         return self.waypoints[self.index_at(s_m)]

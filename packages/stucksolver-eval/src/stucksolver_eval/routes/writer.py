@@ -1,4 +1,4 @@
-"""Writes routes in the leaderboard's XML format; reading them again gives the same routes."""
+"""Writes routes in the leaderboard's XML format. Reading them again gives the same routes."""
 
 from __future__ import annotations
 

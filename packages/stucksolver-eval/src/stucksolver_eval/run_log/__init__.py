@@ -1,1 +1,1 @@
-"""Records the replay of a drive, which a page can show."""
+"""Records the replay of a run for a page."""

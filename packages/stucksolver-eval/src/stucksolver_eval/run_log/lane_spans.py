@@ -1,6 +1,6 @@
 """Finds the lanes of all types of an OpenDRIVE map near a region.
 
-`carla.Map` lists driving lanes only; sidewalks, shoulders, parking and biking lanes are read from its text.
+`carla.Map` contains driving lanes only. Sidewalks, shoulders, parking and biking lanes come from its text.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import carla
 import shapely
 
 _HALF_ROAD_M = 30.0
-"""No lane is farther than this from its road's reference line."""
+"""Largest distance of a lane from its road's reference line (m). Ours."""
 
 
 class LaneSpan(NamedTuple):
@@ -26,8 +26,8 @@ class LaneSpan(NamedTuple):
     """OpenDRIVE lane type: `driving`, `shoulder`, `sidewalk`, ..."""
     start_s: float
     end_s: float
-    draws_centre: bool
-    """True if this lane draws the road's centre line, which both sides share."""
+    draws_center: bool
+    """True if the road's center line, which both sides share, is drawn with this lane."""
 
 
 def lane_spans(carla_map: carla.Map, region: shapely.Polygon) -> Iterator[LaneSpan]:

@@ -20,7 +20,9 @@ if TYPE_CHECKING:
     import carla
 
 RANGE_M = 160.0
+"""Distance from the ego within which actors are logged (m). Ours."""
 LIGHT_RANGE_M = 120.0
+"""Distance from the ego within which traffic lights are logged (m). Ours."""
 
 Kind = Literal["guidance", "directive", "abort", "outcome", "infraction", "stuck", "run"]
 _KINDS: dict[EventKind, Kind] = {
@@ -33,9 +35,9 @@ _KINDS: dict[EventKind, Kind] = {
 
 
 class RunLogger:
-    """Collects what the replay shows. All times are seconds since the start of the run.
+    """Collects the data of the replay. All times are seconds since the start of the run.
 
-    With a `camera`, each decision includes the image at the time of its question.
+    With a `camera`, each decision includes the image at the time of its query.
     """
 
     def __init__(
@@ -59,7 +61,7 @@ class RunLogger:
         self._index: dict[str, int] = {}
         self._next_frame_s = 0.0
         self._path: Polyline = ()
-        self._said: Directive | None = None
+        self._last_directive: Directive | None = None
         self._start_s = float(world.get_snapshot().timestamp.elapsed_seconds)
         box = ego.bounding_box.extent
         self._size = (2 * float(box.x), 2 * float(box.y))
@@ -109,9 +111,9 @@ class RunLogger:
 
     def directive(self, time_s: float, directive: Directive) -> None:
         """Log the directive if it has changed."""
-        if directive is self._said:
+        if directive is self._last_directive:
             return
-        self._said = directive
+        self._last_directive = directive
         self._path = ()
         if isinstance(directive, Execute):
             self._path = tuple((round(p.x_m, 2), round(p.y_m, 2)) for p in directive.path[::4])

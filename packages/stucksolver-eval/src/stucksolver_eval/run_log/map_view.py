@@ -1,6 +1,6 @@
-"""Extracts the part of a map that a run's replay shows: lanes as areas, painted lines as polylines.
+"""Extracts the part of a map for a run's replay: lanes as areas, painted lines as polylines.
 
-CARLA's world is left-handed; the result is in the right-handed frame of `runlog` (y = -carla y).
+CARLA's world is left-handed; the result is in the right-handed frame of `run_log` (y = -carla y).
 """
 
 from __future__ import annotations
@@ -18,11 +18,15 @@ from stucksolver_eval.results.run_log import LaneArea, MapView, Marking, Polylin
 from stucksolver_eval.run_log.lane_spans import LaneSpan, lane_spans
 
 _STEP_M = 2.0
+"""Distance between samples of a lane (m). Ours."""
 _INSIDE_M = 1e-3
-"""Distance kept from the ends of a lane, where CARLA may already return the next lane."""
+"""Distance from the ends of a lane (m). At the ends CARLA may already return the next lane."""
 _TOLERANCES_M = (0.02, 0.06, 0.2, 0.6, 1.5)
+"""Tolerances of the simplification (m), tried in this order until the size fits. Ours."""
 _MAX_BYTES = 190_000
+"""Largest size of the JSON form (bytes). Ours."""
 _DOUBLE_LINE_M = 0.12
+"""Distance between the centers of a double line (m). Ours."""
 _Points = NDArray[np.float64]
 _Paint = tuple[str, str]
 
@@ -53,7 +57,7 @@ class _Samples(NamedTuple):
     left: _Points
     right: _Points
     paint: list[tuple[_Paint, _Paint]]
-    """Type and colour of the lines on the left and on the right."""
+    """Type and color of the lines on the left and on the right."""
 
 
 def _sampled(carla_map: carla.Map, span: LaneSpan) -> _Samples:
@@ -63,15 +67,15 @@ def _sampled(carla_map: carla.Map, span: LaneSpan) -> _Samples:
         stations = stations[::-1]
     waypoints = [carla_map.get_waypoint_xodr(span.road_id, span.lane_id, float(s)) for s in stations]
     found = [waypoint for waypoint in waypoints if waypoint is not None]
-    centre, to_left = np.empty((len(found), 2)), np.empty((len(found), 2))
+    center, to_left = np.empty((len(found), 2)), np.empty((len(found), 2))
     for index, waypoint in enumerate(found):
         transform = waypoint.transform
         yaw_rad = -np.radians(transform.rotation.yaw)
-        centre[index] = transform.location.x, -transform.location.y
+        center[index] = transform.location.x, -transform.location.y
         to_left[index] = -np.sin(yaw_rad), np.cos(yaw_rad)
         to_left[index] *= waypoint.lane_width / 2
     paint = [(_paint(waypoint.left_lane_marking), _paint(waypoint.right_lane_marking)) for waypoint in found]
-    return _Samples(span, centre + to_left, centre - to_left, paint)
+    return _Samples(span, center + to_left, center - to_left, paint)
 
 
 def _paint(marking: carla.LaneMarking | None) -> _Paint:
@@ -82,14 +86,14 @@ def _paint(marking: carla.LaneMarking | None) -> _Paint:
 
 
 def _pieces(lane: _Samples, region: shapely.Polygon) -> Iterator[_Samples]:
-    """Yield the runs of samples inside the region; single samples have no area and are dropped."""
+    """Yield the runs of samples inside the region. Single samples have no area and are dropped."""
     if len(lane.left) == 0:
         return
     middle = (lane.left + lane.right) / 2
     inside = shapely.contains_xy(region, middle[:, 0], middle[:, 1])
-    for kept, group in groupby(range(len(inside)), key=lambda index: bool(inside[index])):
+    for is_inside, group in groupby(range(len(inside)), key=lambda index: bool(inside[index])):
         places = list(group)
-        if kept and len(places) > 1:
+        if is_inside and len(places) > 1:
             cut = slice(places[0], places[-1] + 1)
             yield _Samples(lane.span, lane.left[cut], lane.right[cut], lane.paint[cut])
 
@@ -109,14 +113,14 @@ def _view(name: str, pieces: Sequence[_Samples], tolerance_m: float) -> MapView:
 
 
 def _markings(piece: _Samples, tolerance_m: float) -> Iterator[Marking]:
-    """Yield the line on the outer side of a lane, and the centre line if this lane draws it."""
+    """Yield the line on the outer side of a lane, and the center line if it is drawn with this lane."""
     yield from _line(piece, [paint[1] for paint in piece.paint], piece.right, tolerance_m)
-    if piece.span.draws_centre:
+    if piece.span.draws_center:
         yield from _line(piece, [paint[0] for paint in piece.paint], piece.left, tolerance_m)
 
 
 def _line(piece: _Samples, paints: list[_Paint], points: _Points, tolerance_m: float) -> Iterator[Marking]:
-    """Yield one line, split where its paint changes; double lines become two."""
+    """Yield one line, split at changes of its paint. Double lines become two."""
     across = piece.right - piece.left
     across /= np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-6)
     for (kind, color), group in groupby(range(len(points)), key=lambda index: paints[index]):
@@ -132,7 +136,7 @@ def _line(piece: _Samples, paints: list[_Paint], points: _Points, tolerance_m: f
 
 
 def _strokes(kind: str) -> list[Literal["broken", "solid", "other"]]:
-    """`solidbroken` is painted as a solid line and a broken one."""
+    """Return the single lines of a line: `solidbroken` is a solid line and a broken one."""
     if kind == "none":
         return []
     strokes: list[Literal["broken", "solid", "other"]] = []

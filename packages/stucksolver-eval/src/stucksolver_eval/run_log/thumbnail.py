@@ -8,8 +8,12 @@ import io
 from stucksolver.scene import CameraImage
 
 WIDTH_PX = 480
-"""Signs, lights and people are still recognisable; an image takes about 10 kB."""
+"""Width of a thumbnail (pixels).
+
+Signs, lights and pedestrians are still recognizable, and an image takes about 10 kB. Ours.
+"""
 QUALITY = 70
+"""JPEG quality. Ours."""
 
 
 def thumbnail(image: CameraImage) -> str:

@@ -1,7 +1,7 @@
 """Runs route jobs on other machines with dask.distributed (the extra [cluster] of the README).
 
-A worker drives a route like this machine would, in its own folder, and sends the files back. Workers must be
-allowed to start processes: `dask worker ADDRESS --no-nanny --nthreads 1`, one for every one or two cores.
+A worker drives a route like this machine, in its own folder, and returns the files. Workers must be allowed to start
+processes: `dask worker ADDRESS --no-nanny --nthreads 1`, one for every one or two cores.
 """
 
 from __future__ import annotations
@@ -17,10 +17,11 @@ from stucksolver_eval.runner.pool import RouteProgress
 from stucksolver_eval.runner.route_process import RouteTask, run_task
 
 CONNECT_S = 10
+"""Time limit of the connection (s). Ours."""
 
 
 class ClusterError(RuntimeError):
-    """The cluster cannot be used; the message says why and what to do."""
+    """The cluster cannot be used. The message states the reason and the remedy."""
 
 
 def run_on_cluster(tasks: Iterable[RouteTask], address: str) -> Iterator[RouteProgress]:
@@ -32,7 +33,9 @@ def run_on_cluster(tasks: Iterable[RouteTask], address: str) -> Iterator[RoutePr
     try:
         client = Client(address, timeout=CONNECT_S)
     except (OSError, ValueError) as error:
-        raise ClusterError(f"no dask scheduler at {address}: {error}; start one with `dask scheduler`") from error
+        raise ClusterError(
+            f"no dask scheduler at address: {address}: {error}. Start one with `dask scheduler`"
+        ) from error
     with client:
         todo = {client.submit(run_elsewhere, task, pure=False, retries=2): task for task in tasks}
         for future in as_completed(todo):
@@ -43,7 +46,7 @@ def run_on_cluster(tasks: Iterable[RouteTask], address: str) -> Iterator[RoutePr
 
 
 PRIVATE = ("intervention-", "exchanges", "questions")
-"""Records, requests to models and questions: only their owner may read them, as on the worker."""
+"""Prefixes of records, requests to models and queries. Only their owner may read them, as on the worker."""
 
 
 def run_elsewhere(task: RouteTask) -> tuple[RouteOutcome, dict[str, bytes]]:
@@ -55,11 +58,11 @@ def run_elsewhere(task: RouteTask) -> tuple[RouteOutcome, dict[str, bytes]]:
 
 
 def _keep(folder: Path, files: dict[str, bytes]) -> None:
-    """Write the files that a worker sent; outcomes last, because they mark a route as done."""
+    """Write the files from a worker. Outcomes come last, because they mark a route as done."""
     for name, data in sorted(files.items(), key=lambda item: "/outcomes/" in f"/{item[0]}"):
         path = (folder / name).resolve()
         if not path.is_relative_to(folder.resolve()):
-            raise ClusterError(f"a worker sent a file outside of the results: {name}")
+            raise ClusterError(f"a worker returned a file outside of the results: {name}. Do not use this cluster")
         write_bytes(path, data)
         if path.name.startswith(PRIVATE) or path.suffix == ".jpg":
             make_private(path)

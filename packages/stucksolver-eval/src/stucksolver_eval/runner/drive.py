@@ -1,4 +1,4 @@
-"""Drives one route from start to end and judges the drive."""
+"""Drives one route from start to end and applies the criteria."""
 
 from __future__ import annotations
 
@@ -44,15 +44,18 @@ if TYPE_CHECKING:
 
 
 DT_S = 0.05
+"""Length of a tick (s)."""
 HERO = "vehicle.lincoln.mkz_2020"
 LIFT_M = 0.3
+"""Height above the road at which the ego spawns (m). Ours."""
 SETTLE_TICKS = 10
+"""Number of ticks for the ego to settle on its wheels. Ours."""
 BEYOND_END_M = 20
-"""The driver's route continues beyond the destination, so that the driver does not brake for it."""
+"""Length of the driver's route beyond the destination (m), so that the driver does not brake for it. Ours."""
 
 
 class DriveError(RuntimeError):
-    """A route cannot be driven as specified; the message says what is wrong and where."""
+    """A route cannot be driven as specified. The message states the problem and its position."""
 
 
 def drive_route(job: RouteJob, server: SimulatorServer, progress: Callable[[float], None]) -> RouteResult:
@@ -61,7 +64,7 @@ def drive_route(job: RouteJob, server: SimulatorServer, progress: Callable[[floa
     world = client.get_world() if job.host is None else client.load_world(job.route.town)
     set_synchronous(world, DT_S)
     if job.host is not None:
-        # Our own server waits from its start on; on this one the lights have been running.
+        # Carlette waits from its start on. On another server the lights have been running.
         world.reset_all_traffic_lights()
     world.tick()  # a world without a tick has no snapshot yet
     try:
@@ -97,12 +100,12 @@ def _hero(world: carla.World, line: RouteLine) -> carla.Vehicle:
     hero: carla.Vehicle | None = world.try_spawn_actor(blueprint, start)
     if hero is None:
         place = start.location
-        raise DriveError(f"the ego could not be placed at the route's start ({place.x:.1f}, {place.y:.1f})")
+        raise DriveError(f"cannot place the ego at the route's start: ({place.x:.1f}, {place.y:.1f}). Move the start")
     return hero
 
 
 class _Drive:
-    """One drive; the constructor sets everything up."""
+    """One run. The constructor prepares it."""
 
     def __init__(self, job: RouteJob, setting: ScenarioContext, play: ScenarioPlayer, knows: PerceptionSource) -> None:
         self._job, self._setting, self._play, self._knows = job, setting, play, knows
@@ -110,7 +113,7 @@ class _Drive:
         options = DriverOptions(heeds_on_path=not job.arm.heedless)
         route = self._line.points + _beyond(self._line)
         knows.tick()
-        # Driver and solver may perceive by the ego's sensors; the criteria use the ground truth.
+        # Driver and solver may use the ego's sensors. The criteria use the ground truth.
         driver = make_driver(job.arm.driver, setting.client, self._hero, setting.map, route, options, knows.vehicle)
         self._driver, self._driven_route = driver, driver.route
         self._arm: SystemUnderTest = make_arm(
@@ -127,17 +130,17 @@ class _Drive:
         self._replay = _replay(job, setting, self._arm)
         self._crowd = _scattered(job, setting)
         self._recorder = _recorder(job, setting)
-        self._aboard = _aboard(job, setting, self._arm)
+        self._passenger_page = _make_passenger_page(job, setting, self._arm)
         self._events: list[Event] = []
         if job.events and isinstance(self._arm, SolverSystem):
             self._arm.listen(self._hear)
         self._ticks = 0
         self._time_s = 0.0
         self._released = False
-        """True if an operator has let the vehicle cross a broken light."""
+        """True if an operator has approved the crossing of a broken light."""
 
     def go(self, progress: Callable[[float], None]) -> RouteResult:
-        """Drive until the route ends for any reason. Returns the results."""
+        """Drive until the route ends. Returns the results."""
         began, next_progress_s = time.monotonic(), 0.0
         try:
             while (failure := self._tick()) is None:
@@ -154,15 +157,15 @@ class _Drive:
             return self._driven(failure or None, time.monotonic() - began)
         finally:
             self._jury.close()
-            if self._aboard is not None:
-                self._aboard.close()
+            if self._passenger_page is not None:
+                self._passenger_page.close()
             if self._recorder is not None:
                 self._recorder.close()
             if isinstance(self._driver, UserAgentDriver):
                 self._driver.close()
 
     def _tick(self) -> str | None:
-        """Do everything between two ticks of the world. Returns how the route ended, or None if it continues."""
+        """Run the steps between two ticks of the world. Returns the end of the route, or None if it continues."""
         snapshot = self._world.get_snapshot()
         self._time_s = time_s = float(snapshot.timestamp.elapsed_seconds) - self._start_s
         transform, velocity = self._hero.get_transform(), self._hero.get_velocity()
@@ -189,17 +192,17 @@ class _Drive:
             return failure
         self._ticks += 1
         now = TickInfo(time_s, moment.speed_mps, self._jury.completion.s_m)
-        self._hear_people(now)
+        self._play_guidance(now)
         control = self._arm.step(now)
         self._hero.apply_control(self._play.noise(self._knows.checked(control)))
         if self._replay is not None:
             self._replay.tick(now, self._arm.directive)
-        if self._aboard is not None:
-            self._aboard.tick(time_s, self._arm.directive)
+        if self._passenger_page is not None:
+            self._passenger_page.tick(time_s, self._arm.directive)
         return None
 
-    def _hear_people(self, now: TickInfo) -> None:
-        """Pass on what the people of the guidance script say and answer at this tick."""
+    def _play_guidance(self, now: TickInfo) -> None:
+        """Forward the utterances and replies of the guidance script for this tick."""
         arm = self._arm
         question = arm.solver.pending_question if isinstance(arm, SolverSystem) else None
         for line, text in self._speaker.due(now.time_s, now.place_m, now.speed_mps, question):
@@ -212,8 +215,8 @@ class _Drive:
                         self._play.expected == "ask"
                     )  # only at a broken light; at any other, an approval changes nothing
             when_s = round(now.time_s, 2)
-            said = SpokenGuidance(kind=line.kind, time_s=when_s, text=text, help=line.help, by=line.by)
-            arm.log.guidance.append(said)
+            guidance = SpokenGuidance(kind=line.kind, time_s=when_s, text=text, help=line.help, by=line.by)
+            arm.log.guidance.append(guidance)
 
     def _hear(self, event: Event) -> None:
         self._events.append(event.model_copy(update={"time_s": event.time_s - self._start_s}))
@@ -289,7 +292,7 @@ def _beyond(line: RouteLine) -> tuple[RoutePoint, ...]:
     return tuple(found)
 
 
-def _aboard(job: RouteJob, setting: ScenarioContext, arm: SystemUnderTest) -> PassengerPage | None:
+def _make_passenger_page(job: RouteJob, setting: ScenarioContext, arm: SystemUnderTest) -> PassengerPage | None:
     if job.passenger is None or not isinstance(arm, SolverSystem):
         return None
     return PassengerPage(job.passenger, setting, arm)
@@ -302,7 +305,7 @@ def _replay(job: RouteJob, setting: ScenarioContext, arm: SystemUnderTest) -> Re
 
 
 def _scattered(job: RouteJob, setting: ScenarioContext) -> TickPart | None:
-    """Return what scatters objects along the route of a recording; None if the job names nothing."""
+    """Return the part that scatters objects along the route of a recording; None if the job names none."""
     if job.recording is None or not job.recording.crowd:
         return None
     crowd: TickPart = resolve_name(job.recording.crowd)(setting, job.seed)

@@ -1,4 +1,4 @@
-"""Runs an evaluation: checks the request first, resumes earlier results, and shows progress."""
+"""Runs an evaluation: checks the request first, resumes earlier results, and displays progress."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from stucksolver_language.llm.prompt import prompt_name
 
 @dataclass(frozen=True)
 class EvaluationSpec:
-    """What to run. With `host` and `port` of a running CARLA server, routes are driven one at a time."""
+    """Options of an evaluation. With `host` and `port` of a running CARLA server, routes are driven one at a time."""
 
     suite: str
     out: Path
@@ -44,24 +44,25 @@ class EvaluationSpec:
     record: bool = False
     resume: bool = False
     reuse: Path | None = None
-    """An evaluation of the same arm without guidance, without the reasoner of the rung `model`, or without both; for
-    the driver alone, an evaluation of the same driver with a recovery. Results of routes on which none of these made
-    a difference are copied from it.
+    """An evaluation of the same system without guidance, without the reasoner of the rung `model`, or without both.
+
+    For the driver alone it is an evaluation of the same driver with a recovery. Results of routes on which none of
+    these made a difference are copied from it.
     """
     host: str | None = None
     port: int = 2000
     cluster: str | None = None
     passenger: Path | None = None
-    """Address file of a passenger server: people can talk to the cars, which drive in real time."""
+    """Address file of a passenger server. People can talk to the cars, which drive in real time."""
     command: str = ""
 
 
 def evaluate(spec: EvaluationSpec) -> ResultStore:
     """Run the routes that are not done yet. Returns the store with all results.
 
-    Raises `SuiteError`, `RouteFileError`, `ScenarioError` (an unknown type), `ArmError`, `LadderError`,
+    Raises `SuiteError`, `RouteFileError`, `ScenarioError` (an unknown type), `SystemSpecError`, `LadderError`,
     `GuidanceError`, `StoreError`, `ServerError` (no server at `host`), `OutputError` and `ClusterError`; all except the
-    last two before anything is driven.
+    last two before the first drive.
     """
     routes = load_routes(spec.suite, spec.only)
     for scenario in {s.type for route in routes for s in route.scenarios}:
@@ -92,26 +93,29 @@ def evaluate(spec: EvaluationSpec) -> ResultStore:
 
 
 def _alike(folder: Path, manifest: EvaluationManifest) -> ResultStore:
-    """Return the evaluation to copy routes from. Raises `StoreError` if its arm differs or it has guidance itself."""
+    """Return the evaluation to copy routes from.
+
+    Raises `StoreError` if its system differs or it has guidance itself.
+    """
     store = ResultStore(folder)
     theirs = store.manifest()
     ours = manifest.model_copy(update={"guidance_digest": ""})
     if _is_alone(manifest):
         ours = ours.model_copy(update={name: getattr(theirs, name) for name in ("recovery", "reasoner", "prompt")})
-    # In a ladder of the user's, other rungs may lie between `model` and the request for help, see `_take`.
+    # In a user's ladder, other rungs may lie between `model` and the request for assistance, see `_take`.
     if not theirs.reasoner and not manifest.ladder_digest:
         ours = ours.model_copy(update={"reasoner": "", "prompt": theirs.prompt})
     if differs := ours.differs_from(theirs):
-        raise StoreError(f"no result in {folder} can be reused: {differs}; omit --reuse")
+        raise StoreError(f"no result to reuse in folder: {folder}: {differs}. Omit --reuse")
     return store
 
 
 def _take(store: ResultStore, alike: ResultStore, routes: tuple[Route, ...], script: Script, arm: SystemSpec) -> None:
-    """Copy the routes that would be the same, since runs are repeatable.
+    """Copy the routes with identical results, since runs are repeatable.
 
-    Nobody speaks on these. If the other evaluation has no reasoner for the rung `model`, help was never requested
-    either: that is the next rung after `model`. If only the other one has a recovery, it also never intervened. Its
-    requests to the reasoner do not move the vehicle, and the driver alone has none.
+    These routes have no guidance. If the other evaluation has no reasoner for the rung `model`, it never requested
+    assistance either, which is the next rung after `model`. If only the other one has a recovery, it also never
+    intervened. Its queries to the reasoner do not move the vehicle, and the driver alone has none.
     """
     ours, theirs = store.manifest(), alike.manifest()
     fewer = ours.reasoner != theirs.reasoner
@@ -143,13 +147,13 @@ def _run(spec: EvaluationSpec, tasks: list[RouteTask]) -> Iterator[RouteProgress
 
 def _watch(store: ResultStore, news: Iterator[RouteProgress], board: ProgressDisplay) -> None:
     try:
-        for told in news:
-            job = told.task.job
-            if told.outcome is None:
-                board.goes_on(told.task, told.time_s)
+        for progress in news:
+            job = progress.task.job
+            if progress.outcome is None:
+                board.goes_on(progress.task, progress.time_s)
             else:
-                record = store.record(job.route, job.seed) if told.outcome.state == "driven" else None
-                board.is_over(told.task, told.outcome, record)
+                record = store.record(job.route, job.seed) if progress.outcome.state == "driven" else None
+                board.is_over(progress.task, progress.outcome, record)
     finally:
         board.close()
 

@@ -1,4 +1,4 @@
-"""Measurements that are the same for every arm: immobilizations, and the speed of the traffic."""
+"""Measurements that are the same for every system: immobilizations, and the speed of the traffic."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ if TYPE_CHECKING:
 
 
 STOPPED_MPS = 0.1
-"""A slower ego is stopped, as in the status of a run (m/s)."""
+"""Speed below which the ego counts as stopped, as in the status of a run (m/s)."""
 
 
 class ImmobilizationWatch:
-    """Finds immobilizations with the detector's default settings, whatever the arm's own settings are."""
+    """Finds immobilizations with the detector's default settings, independently of the system's own settings."""
 
     def __init__(self) -> None:
         self._detector = Detector()
@@ -27,7 +27,7 @@ class ImmobilizationWatch:
         self._onset: tuple[float, float] | None = None
         self.spells: list[ImmobilizationEpisode] = []
         self.stopped_s = 0.0
-        """Time with a speed below `STOPPED_MPS` so far (s)."""
+        """Time with a speed below `STOPPED_MPS` since the start (s)."""
         self._last_s = 0.0
 
     def update(self, time_s: float, speed_mps: float, place_m: float) -> None:

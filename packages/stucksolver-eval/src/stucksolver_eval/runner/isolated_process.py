@@ -17,22 +17,23 @@ from stucksolver.interrupts import uninterrupted
 from stucksolver_carla.client_connection import SimulatorServer
 
 PROGRESS_EVERY_S = 5.0
+"""Interval between two progress messages of a run (s). Ours."""
 SILENCE_S = 180.0
-"""A run that reports no progress for this long counts as hanging."""
+"""Time without progress after which a run counts as hanging (s). Ours."""
 LOOK_S = 0.5
-"""Interval at which to check whether a run is still wanted."""
+"""Interval between two checks whether a run is still needed (s). Ours."""
 LEAVE_S = 10.0
-"""Time for a run's process to exit by itself."""
+"""Time for a run's process to exit on its own (s). Ours."""
 
 _PRELOADED = ("stucksolver_eval.runner.drive", "stucksolver_eval.runner.route_process", "stucksolver_eval.drivers")
 
 
 class RunError(RuntimeError):
-    """A run failed; the message says why and what to do."""
+    """A run failed. The message states the reason and the remedy."""
 
 
 class RunCancelledError(Exception):
-    """The program is ending, and its processes with it; this is not a crash of a run."""
+    """The program ends together with its processes. This is not a crash of a run."""
 
 
 def attempt(
@@ -43,18 +44,18 @@ def attempt(
 ) -> int:
     """Run `work` on a job in a separate process. Returns its exit code; negative if a signal killed it.
 
-    Numbers that the process sends are progress; a text is an error. Raises `RunError` with that text or after
-    `SILENCE_S` without progress, and `RunCancelledError`. In all cases the process has ended by then.
+    Numbers from the process are progress; a text is an error. Raises `RunError` with that text or after `SILENCE_S`
+    without progress, and `RunCancelledError`. In all cases the process has ended on return.
     """
     if not wanted():
         raise RunCancelledError
-    # Forked from a helper that has imported what a drive needs, which takes a second, and does nothing else.
+    # The fork server has imported the modules of a drive, which takes a second, and does nothing else.
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload(list(_PRELOADED))
     ours, theirs = context.Pipe(duplex=False)
     process = context.Process(target=_work_here, args=(work, job, theirs, dict(os.environ)), daemon=True)
-    # Ctrl-C reaches every process of a terminal; the run's process must not get it, not even while it starts.
-    # (Start Python's own helper first, because starting it would undo the block.)
+    # Ctrl-C reaches every process of a terminal. The run's process must not get it, not even during its start. Python's
+    # resource tracker starts first, because its start would remove the block of the signal.
     resource_tracker.ensure_running()
     try:
         with uninterrupted():
@@ -69,14 +70,14 @@ def attempt(
 
 
 def _work_here(work: Callable[[Any, Connection], None], job: Any, theirs: Connection, environ: dict[str, str]) -> None:
-    """Do the work in the environment that the program has now; the helper has that of its own start."""
+    """Run the work in the program's present environment. The fork server has that of its own start."""
     os.environ.clear()
     os.environ.update(environ)
     work(job, theirs)
 
 
 def _end(process: BaseProcess) -> None:
-    """End a process that is still running; one that waits inside the client library reacts only to a kill."""
+    """End a running process. A process that waits inside the client library reacts only to a kill."""
     if process.is_alive():
         process.terminate()
         process.join(LEAVE_S)
@@ -86,19 +87,23 @@ def _end(process: BaseProcess) -> None:
 
 
 def _listen(ours: Connection, progress: Callable[[float], None], wanted: Callable[[], bool]) -> None:
-    """Receive progress until the run is over. Raises `RunError` with the error it reports, and `RunCancelledError`."""
-    heard = time.monotonic()
+    """Receive progress until the run is over.
+
+    Raises `RunError` with an error of the process, and `RunCancelledError`.
+    """
+    last_message = time.monotonic()
     while True:
         if not wanted():
             raise RunCancelledError
         if not ours.poll(LOOK_S):
-            if time.monotonic() - heard > SILENCE_S:
+            if time.monotonic() - last_message > SILENCE_S:
                 raise RunError(f"the run made no progress for {SILENCE_S:.0f} s and was ended; run again")
             continue
-        heard = time.monotonic()
+        last_message = time.monotonic()
         try:
             message: Any = ours.recv()
         except EOFError:
+            # The process has closed the pipe, so the run is over; its exit code shows whether it succeeded.
             return
         if isinstance(message, str):
             raise RunError(message)
@@ -107,7 +112,7 @@ def _listen(ours: Connection, progress: Callable[[float], None], wanted: Callabl
 
 @contextlib.contextmanager
 def watched(server: SimulatorServer, theirs: Connection) -> Iterator[None]:
-    """Report the simulator's death immediately; the client library would wait for a timeout on each call."""
+    """Report the end of the simulator immediately. The client library would wait for a timeout on each call."""
     over = threading.Event()
 
     def watch() -> None:
@@ -116,6 +121,7 @@ def watched(server: SimulatorServer, theirs: Connection) -> Iterator[None]:
         server.process.wait()
         if over.is_set():
             return
+        # The parent may have ended too.
         with contextlib.suppress(OSError):
             theirs.send(f"the simulator ended with exit code {server.process.returncode}; run again")
         os._exit(1)

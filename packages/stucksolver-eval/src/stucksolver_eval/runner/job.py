@@ -1,4 +1,4 @@
-"""One route to be driven by one arm, with everything that another process needs for it."""
+"""One route for one system, with everything that another process needs for it."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ Replays = Literal["none", "failed", "all"]
 
 @dataclass(frozen=True)
 class RouteJob:
-    """One route, one arm and one seed.
+    """One route, one system and one seed.
 
     Attributes:
-        background: Add traffic besides the actors of the route's scenarios.
+        background: Add traffic in addition to the actors of the route's scenarios.
         limit_s: Simulated time after which the route ends.
         events: Store all events of the solver.
         frame_every_s: Time between two frames of the replay.
-        host: Address of a running CARLA server, instead of our own carlette.
+        host: Address of a running CARLA server, which replaces carlette.
         port: Its port.
     """
 
@@ -41,9 +41,9 @@ class RouteJob:
     events: bool = False
     frame_every_s: float = 0.2
     recording: RecordingSpec | None = None
-    """Record sensor data and ground truth, for training perception."""
+    """Settings for recording sensor data and ground truth, for training perception."""
     passenger: PassengerSpec | None = None
-    """Let people talk to the car, if StuckSolver helps it; the drive then runs in real time."""
+    """Connection to the passenger's page, for a system with StuckSolver. The run then takes real time."""
     host: str | None = None
     port: int = 2000
 

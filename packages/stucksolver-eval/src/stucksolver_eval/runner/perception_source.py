@@ -1,4 +1,4 @@
-"""The perception of a drive's ego: the client's ground truth, or its own sensors, behind one interface."""
+"""The perception of a run's ego: the client's ground truth, or its own sensors, with one interface."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ if TYPE_CHECKING:
     import carla
 
 FAULT_FROM_S = 8.0
-"""Time at which a sensor fault starts."""
+"""Time at which a sensor fault starts (s). Ours."""
 
 
 class PerceptionSource(Protocol):
-    """The interface of a perception; see `stucksolver_perception.carla.Eyes`, which implements it."""
+    """The interface of a perception; `stucksolver_perception.carla.EgoPerception` implements it."""
 
     vehicle: Any
     """The ego as driver and solver perceive it."""
@@ -27,7 +27,7 @@ class PerceptionSource(Protocol):
         """Return the control that may be applied."""
 
     def close(self) -> None:
-        """Release everything at the end of the drive."""
+        """Release all resources at the end of the run."""
 
 
 class GroundTruthSource:
@@ -48,10 +48,10 @@ class GroundTruthSource:
 
 
 def knowledge_of(job: RouteJob, hero: carla.Vehicle, carla_map: carla.Map) -> PerceptionSource:
-    """Return the perception of the job's arm. Raises what `EgoPerception` raises."""
+    """Return the perception of the job's system. Raises the errors of `EgoPerception`."""
     if job.arm.perception != SENSORS:
         return GroundTruthSource(hero)
-    # Imported here because only this needs the networks and their libraries.
+    # The import is here because only this needs the networks and their libraries.
     from stucksolver_perception.carla import EgoPerception, SensorFault
 
     fault = SensorFault(job.arm.sensor_fault, FAULT_FROM_S, job.seed) if job.arm.sensor_fault else None

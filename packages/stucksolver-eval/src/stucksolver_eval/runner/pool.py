@@ -26,7 +26,8 @@ class RouteProgress:
 Runner = Callable[[RouteTask, Callable[[float], None], Callable[[], bool]], RouteOutcome]
 """Runs a task.
 
-Its arguments are the task, a progress callback, and a check of whether to go on, else `RunCancelledError`.
+Its arguments are the task, a progress callback, and a check whether to continue; otherwise it
+raises `RunCancelledError`.
 """
 
 
@@ -52,14 +53,15 @@ def run_tasks(tasks: Iterable[RouteTask], at_once: int, runner: Runner = run_tas
     left = len(todo)
     try:
         while left:
-            told = news.get()
-            if told.error is not None:
-                raise told.error
-            left -= told.outcome is not None
-            yield told
+            progress = news.get()
+            if progress.error is not None:
+                raise progress.error
+            left -= progress.outcome is not None
+            yield progress
     finally:
         ending.set()
-        # Left to the interpreter's end, one that begins a process just then would have it waited for to its end.
+        # The threads must end here. At the interpreter's end, a thread that just starts a process would wait for the
+        # end of the process.
         for thread in threads:
             thread.join()
 
@@ -74,8 +76,10 @@ def _work(
         try:
             outcome = runner(task, _teller(task, news), lambda: not ending.is_set())
         except RunCancelledError:
+            # The pool is ending, and with it this thread.
             return
         except OutputError as error:
+            # The results cannot be written, so the caller ends the pool.
             news.put(RouteProgress(task, error=error))
             return
         news.put(RouteProgress(task, outcome=outcome))

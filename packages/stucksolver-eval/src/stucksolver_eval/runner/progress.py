@@ -1,4 +1,4 @@
-"""Shows the progress of a suite: in place on a terminal, one line per route elsewhere."""
+"""Displays the progress of a suite: in place on a terminal, one line per route elsewhere."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from stucksolver_eval.results.outcome import RouteOutcome
 from stucksolver_eval.runner.route_process import RouteTask
 
 BAR = 30
+"""Width of the progress bar (characters)."""
 
 
 @dataclass
@@ -35,7 +36,7 @@ class _Tally:
 
 @dataclass
 class ProgressDisplay:
-    """The progress of `total` routes, of which `before` were done in an earlier run."""
+    """The progress of `total` routes, of which an earlier run finished `before`."""
 
     total: int
     before: int
@@ -54,12 +55,12 @@ class ProgressDisplay:
         self._groups = {name: _Tally() for name in ABILITIES}
 
     def goes_on(self, task: RouteTask, time_s: float) -> None:
-        """Show a route's progress (simulated time, s)."""
+        """Display a route's progress (simulated time, s)."""
         self._running[_label(task)] = time_s
         self._draw()
 
     def is_over(self, task: RouteTask, outcome: RouteOutcome, record: RouteRecord | None) -> None:
-        """Count a finished route and print how it ended."""
+        """Count a finished route and print its end."""
         self._running.pop(_label(task), None)
         self._done += 1
         self._failed += outcome.state in ("crashed", "invalid")
@@ -92,7 +93,7 @@ class ProgressDisplay:
             self._lines = 0
 
     def _draw(self) -> None:
-        """Draw the progress bar, the running routes and the scores so far."""
+        """Draw the progress bar, the running routes and the present scores."""
         if not self.out.isatty():
             return
         self._wipe()

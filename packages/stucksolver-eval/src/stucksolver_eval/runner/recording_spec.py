@@ -1,4 +1,4 @@
-"""What to record of a drive."""
+"""Settings for recording a run."""
 
 from __future__ import annotations
 
@@ -11,24 +11,29 @@ from stucksolver_perception.rig import SHIPPED
 
 @dataclass(frozen=True)
 class RecordingSpec:
-    """What to record of one drive; it is passed to another process with the job."""
+    """Settings for recording one run. They are passed to another process with the job."""
 
     folder: Path
     """Folder of this recording alone."""
     rig_file: Path = SHIPPED
     every_s: float = 1.0
-    """Interval between windows of consecutive ticks (s); the last tick of each has an image. 0 keeps all ticks, with an
-    image every 0.5 s."""
+    """Interval between windows of consecutive ticks (s). The last tick of each window has an image.
+
+    0 records all ticks, with an image every 0.5 s.
+    """
     window_ticks: int = 12
-    """Length of a window: the sweeps that a detector may join, which are half a second, and one or two more."""
+    """Length of a window (ticks): the sweeps that a detector may join, which are half a second, and one or two more.
+
+    Ours.
+    """
     weather: str = ""
     """Name of the weather, for sorting recordings."""
     factory: str = ""
     """`MODULE:FUNCTION` that returns the recorder: `function(spec, context, seed, facts)`. See `DriveRecorder`."""
     crowd: str = ""
-    """`MODULE:FUNCTION` that scatters vehicles, people, animals and objects along the route:
+    """`MODULE:FUNCTION` that scatters vehicles, pedestrians, animals and objects along the route.
 
-    `function(context, seed)`.
+    Its signature is `function(context, seed)`.
     """
 
 
@@ -36,14 +41,14 @@ class TickPart(Protocol):
     """A part of a run that is called on every tick."""
 
     def tick(self, time_s: float) -> None:
-        """Do what is due at this simulation time (s)."""
+        """Run the part's actions for this simulation time (s)."""
 
 
 class Recording(Protocol):
     """Records one drive."""
 
     def tick(self) -> None:
-        """Record this tick, if it is to be recorded."""
+        """Record this tick, if it is due."""
 
     def close(self) -> None:
         """End the recording."""

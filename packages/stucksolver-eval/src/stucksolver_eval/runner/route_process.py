@@ -1,4 +1,4 @@
-"""The body of a route's process: its own server, the drive, and its files."""
+"""The body of a route's process: its own server, the run, and its files."""
 
 from __future__ import annotations
 
@@ -19,8 +19,12 @@ from stucksolver_eval.runner.job import RouteJob
 from stucksolver_eval.simulator_server import open_server
 
 TRIES = 2
-"""Number of attempts: a process that was killed by a signal (the client library can crash) is started again."""
+"""Number of attempts.
+
+A process that was killed by a signal is started again, because the client library can crash. Ours.
+"""
 REASON_CHARACTERS = 2000
+"""Longest reason in an outcome (characters). Ours."""
 
 
 @dataclass(frozen=True)
@@ -34,9 +38,9 @@ class RouteTask:
 def run_task(
     task: RouteTask, progress: Callable[[float], None] = lambda _: None, wanted: Callable[[], bool] = lambda: True
 ) -> RouteOutcome:
-    """Drive a route in a separate process. Whatever happens there, an outcome is returned and written to disk.
+    """Drive a route in a separate process. It returns an outcome for any end of that process, and writes it to disk.
 
-    Raises `OutputError` if not even that can be written, and `RunCancelledError`.
+    Raises `OutputError` if the outcome cannot be written, and `RunCancelledError`.
     """
     store, job = ResultStore(task.folder), task.job
     reason = ""
@@ -44,6 +48,7 @@ def run_task(
         try:
             code = attempt(_work, task, progress, wanted)
         except RunError as error:
+            # The outcome contains the reason, and the other routes continue.
             reason = str(error)
             break
         found = store.outcome(job.route, job.seed)
@@ -81,7 +86,7 @@ def _not_driven(job: RouteJob, state: State, reason: str) -> RouteOutcome:
 
 
 def _work(task: RouteTask, theirs: Connection) -> None:
-    # The parent handles Ctrl-C and ends this process; the parent's death shows on the pipe.
+    # The parent handles Ctrl-C and ends this process. The end of the parent closes the pipe.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, _leave)
     store, job = ResultStore(task.folder), task.job
@@ -90,6 +95,7 @@ def _work(task: RouteTask, theirs: Connection) -> None:
     except BrokenPipeError:
         raise SystemExit(1) from None
     except OutputError as error:
+        # The parent gets the error and ends the evaluation.
         theirs.send(str(error))
         return
     if outcome is not None:
@@ -114,10 +120,13 @@ def _driven(store: ResultStore, job: RouteJob, theirs: Connection) -> RouteOutco
             store.write_driven(job.route, job.seed, drive_route(job, server, theirs.send))
             return None
     except UnsupportedScenarioError as error:
+        # The outcome contains the reason.
         return _not_driven(job, "unsupported", str(error))
     except (ScenarioError, DriveError, RouteError) as error:
+        # The outcome contains the reason.
         return _not_driven(job, "invalid", str(error))
     except (ServerError, RecordError, AgentError, SensorError) as error:
+        # The outcome contains the reason.
         return _not_driven(job, "crashed", str(error))
     except (BrokenPipeError, OutputError):
         raise
@@ -126,5 +135,5 @@ def _driven(store: ResultStore, job: RouteJob, theirs: Connection) -> RouteOutco
 
 
 def _leave(number: int, frame: object) -> None:
-    """Exit on SIGTERM by unwinding, so that the server is ended too."""
+    """Exit on SIGTERM by unwinding, so that the server ends too."""
     raise SystemExit(1)

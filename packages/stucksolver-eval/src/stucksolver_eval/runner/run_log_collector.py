@@ -1,4 +1,4 @@
-"""Collects a route's replay in the form that the report's player shows."""
+"""Collects a route's replay in the form of the report's player."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from stucksolver_eval.systems.system_under_test import TickInfo
 
 
 class ReplayKeeper:
-    """Call `tick` once per tick and `log` at the end, which returns None if this replay is not wanted."""
+    """Call `tick` once per tick and `log` at the end, which returns None if this replay is not needed."""
 
     def __init__(self, job: RouteJob, setting: ScenarioContext, arm: SolverSystem | None) -> None:
         self._job, self._setting = job, setting
@@ -38,15 +38,15 @@ class ReplayKeeper:
         self._logger.directive(now.time_s, directive or CONTINUE)
 
     def log(self, record: RouteRecord, outcome: RouteOutcome) -> RunLog | None:
-        """Return the complete run, or None if its replay is not wanted."""
+        """Return the complete run, or None if its replay is not needed."""
         if self._job.replays == "failed" and record.success and not outcome.interventions:
             return None
         logger, job = self._logger, self._job
         for noted in (*outcome.infractions, *outcome.near_misses):
             if noted.kind != "min_speed_infractions":
                 logger.event(noted.time_s, "infraction", noted.text)
-        for said in outcome.guidance if job.arm.recovery in ("none", "timers") else ():
-            logger.event(said.time_s, "guidance", f"{said.text} (nobody is listening)")
+        for line in outcome.guidance if job.arm.recovery in ("none", "timers") else ():
+            logger.event(line.time_s, "guidance", f"{line.text} (nobody is listening)")
         met = immobilizations(outcome)
         for item in met:
             if item.recovered_after_s is not None:

@@ -10,11 +10,11 @@ from stucksolver_eval.metrics.summary import Summary, summarize
 from stucksolver_eval.runner.evaluate import EvaluationSpec, evaluate
 
 SETTINGS = {"v_min": ("v_min_mps", 1 / 3.6), "dt": ("dwell_s", 1.0)}
-"""Names on the command line: the detector's field, and the factor from the unit given (km/h, s)."""
+"""Names on the command line: the detector's field, and the factor from the command line's unit (km/h, s)."""
 
 
 class SweepError(ValueError):
-    """A sweep is invalid; the message shows the correct form."""
+    """A sweep is invalid. The message contains the correct form."""
 
 
 Sweep = dict[str, tuple[float, ...]]
@@ -26,13 +26,15 @@ def parse_sweep(texts: Sequence[str]) -> Sweep:
     for text in texts:
         name, _, values = text.partition("=")
         if name not in SETTINGS:
-            raise SweepError(f"--sweep {text}: unknown setting {name!r}; use {' or '.join(SETTINGS)}, as v_min=2,5,10")
+            raise SweepError(
+                f"unknown setting in --sweep: {name!r} of {text}. Use {' or '.join(SETTINGS)}, as v_min=2,5,10"
+            )
         try:
             sweep[name] = tuple(float(value) for value in values.split(","))
         except ValueError as error:
-            raise SweepError(f"--sweep {text}: give numbers, as {name}=2,5,10") from error
+            raise SweepError(f"invalid value in --sweep: {text}. Give numbers, as {name}=2,5,10") from error
         if not all(value > 0 for value in sweep[name]):
-            raise SweepError(f"--sweep {text}: every value must be greater than 0")
+            raise SweepError(f"invalid value in --sweep: {text}. Every value must be greater than 0")
     return sweep
 
 
@@ -47,7 +49,7 @@ def sweep_specs(spec: EvaluationSpec, sweep: Sweep) -> dict[str, EvaluationSpec]
 
 
 def run_sweep(spec: EvaluationSpec, sweep: Sweep) -> dict[str, Summary]:
-    """Run all evaluations. Returns their figures by label. Raises `SweepError` and what `evaluate` raises."""
+    """Run all evaluations. Returns their metrics by label. Raises `SweepError` and the errors of `evaluate`."""
     if spec.arm.recovery in ("none", "timers"):
-        raise SweepError(f"--recovery {spec.arm.recovery} has no detector to sweep; use rules or another reasoner")
+        raise SweepError(f"no detector to sweep: --recovery {spec.arm.recovery}. Use rules or another reasoner")
     return {label: summarize(evaluate(item)) for label, item in sweep_specs(spec, sweep).items()}

@@ -9,6 +9,7 @@ import carla
 from stucksolver_eval.routes import WeatherKey
 
 STEP_PCT = 1.0
+"""Progress between two updates of the weather (%). Ours."""
 
 
 class Weather:
@@ -34,7 +35,7 @@ class Weather:
 
 
 def between(keys: Sequence[WeatherKey], percentage: float) -> dict[str, float]:
-    """Return the values at a percentage of the route; before the first and after the last key, those of that key."""
+    """Return the values at a percentage of the route. Before the first and after the last key, that key applies."""
     before = [key for key in keys if key.route_percentage <= percentage] or [keys[0]]
     after = [key for key in keys if key.route_percentage > percentage] or [keys[-1]]
     first, last = before[-1], after[0]

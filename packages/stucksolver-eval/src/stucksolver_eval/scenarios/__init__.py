@@ -1,4 +1,4 @@
-"""The scenario types of the CARLA leaderboard under their public names, and our own, on the `carla` client API."""
+"""The scenario types of the CARLA leaderboard under their public names, and additional ones, on CARLA's client API."""
 
 from stucksolver_eval.scenario_context import ScenarioContext
 from stucksolver_eval.scenarios.player import PlayEvent, ScenarioPlayer

@@ -1,7 +1,9 @@
 """Parameters of a scenario type: declared as class attributes, and read from the route file's elements on access.
 
-distance_m = Number("distance", 120.0)      # <distance value="42"/>
-gap_m = Range("frequency", (20.0, 100.0))   # <frequency from="30" to="60"/>
+```python
+distance_m = NumberParameter("distance", 120.0, "m")           # <distance value="42"/>
+gap_m = RangeParameter("frequency", (20.0, 100.0), "m")        # <frequency from="30" to="60"/>
+```
 """
 
 from __future__ import annotations
@@ -20,7 +22,10 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Parameter(ABC, Generic[T]):
-    """A descriptor: on a scenario it returns the value, on its class itself. Raises `ScenarioError` for a bad value."""
+    """A descriptor: on a scenario it returns the value, on its class itself.
+
+    Raises `ScenarioError` for an invalid value.
+    """
 
     name: str
     """Name of the XML element."""

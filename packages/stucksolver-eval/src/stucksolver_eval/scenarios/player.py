@@ -16,15 +16,17 @@ if TYPE_CHECKING:
     import carla
 
 TRIGGER_M = 2.0
+"""Distance before a trigger point at which its scenario starts (m). As in the leaderboard."""
 OFF_ROUTE_M = 10.0
+"""Largest distance of a trigger point from the route (m). Ours."""
 
 
 @dataclass(frozen=True)
 class PlayEvent:
     """An event for the criteria and the log, at a time since the start (s).
 
-    Kinds are `started`, `ended`, `scenario_timeout` and `yield_emergency_vehicle`, whose value is 1 if the ego gave
-    way, else 0.
+    Kinds are `started`, `ended`, `scenario_timeout` and `yield_emergency_vehicle`, whose value is 1 if the ego yielded,
+    else 0.
     """
 
     time_s: float
@@ -47,7 +49,7 @@ class ScenarioPlayer:
 
     Raises:
         ScenarioError: A type does not exist, a parameter is invalid, or a trigger point is not on the route.
-        Unsupported: The map or the blueprint library does not support a scenario.
+        UnsupportedScenarioError: The map or the blueprint library does not support a scenario.
     """
 
     def __init__(
@@ -57,7 +59,7 @@ class ScenarioPlayer:
         self._background = background
         self._closed = False
         self.events: list[PlayEvent] = []
-        setting.cast.look()
+        setting.cast.take_snapshot()
         self._parts = [_Part(_built(spec, setting, background)) for spec in specs]
         for part in self._parts:
             part.scenario.stage()
@@ -77,7 +79,7 @@ class ScenarioPlayer:
 
     @property
     def expected(self) -> Expected | None:
-        """The right reaction according to the first scenario that is judged by it, or None."""
+        """The right reaction of the first scenario with one, or None."""
         return next((p.scenario.expected for p in self._parts if p.scenario.expected is not None), None)
 
     @property
@@ -102,7 +104,7 @@ class ScenarioPlayer:
         """
         setting = self._setting
         setting.hero_s_m = hero_s_m
-        setting.cast.look()
+        setting.cast.take_snapshot()
         for part in self._parts:
             if part.script is None and not part.over and hero_s_m >= part.scenario.trigger_s_m - TRIGGER_M:
                 self._start(part, time_s)
@@ -114,13 +116,13 @@ class ScenarioPlayer:
         setting.cast.flush()
 
     def noise(self, control: carla.VehicleControl) -> carla.VehicleControl:
-        """Return the control that the vehicle gets instead of the hero's: `ControlLoss` disturbs it."""
+        """Return the control for the vehicle in place of the hero's: `ControlLoss` disturbs it."""
         for part in self._running:
             control = part.scenario.disturb(control)
         return control
 
     def close(self) -> None:
-        """End everything and destroy the actors. It may be called twice."""
+        """End all scenarios and destroy the actors. Repeated calls do nothing."""
         if self._closed:
             return
         self._closed = True
@@ -162,6 +164,7 @@ def _is_over(script: Iterator[None]) -> bool:
     try:
         next(script)
     except StopIteration:
+        # A script ends with this exception.
         return True
     return False
 

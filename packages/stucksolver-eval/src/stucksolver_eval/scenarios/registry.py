@@ -19,15 +19,17 @@ def scenario(cls: S) -> S:
     """Register a type under its name. Raises `ValueError` if the name is taken."""
     known = SCENARIOS.setdefault(cls.type, cls)
     if known is not cls:
-        raise ValueError(f"two scenarios are called {cls.type!r}: {known.__module__} and {cls.__module__}")
+        raise ValueError(
+            f"duplicate scenario type: {cls.type!r} in {known.__module__} and {cls.__module__}. Rename one"
+        )
     return cls
 
 
 def scenario_type(name: str) -> type[Scenario]:
-    """Return the type of this name. Raises `ScenarioError`, which lists those that exist."""
+    """Return the type of this name. Raises `ScenarioError`, which lists the existing types."""
     load_all()
     if name not in SCENARIOS:
-        raise ScenarioError(f"unknown scenario type {name!r}; choose from {', '.join(sorted(SCENARIOS))}")
+        raise ScenarioError(f"unknown scenario type: {name!r}. Choose from {', '.join(sorted(SCENARIOS))}")
     return SCENARIOS[name]
 
 

@@ -18,15 +18,15 @@ from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 Expected = Literal["recover", "wait", "ask", "reroute"]
 LONG_S = 240.0
-"""The time limit of most types."""
+"""The time limit of most types (s). As in scenario_runner."""
 
 
 class ScenarioError(ValueError):
-    """A scenario cannot be played as specified; the message names it and the remedy."""
+    """A scenario cannot be played as specified. The message names the scenario and the remedy."""
 
 
 class UnsupportedScenarioError(ScenarioError):
-    """This map or blueprint library does not support the scenario; nothing replaces it."""
+    """This map or blueprint library does not support the scenario, and nothing replaces it."""
 
 
 class Scenario(ABC):
@@ -37,21 +37,21 @@ class Scenario(ABC):
 
     type: ClassVar[str]
     timeout_s: ClassVar[float | None] = LONG_S
-    """After this time (s) the scenario fails and ends; until then, the test for being blocked is suspended."""
+    """Time after which the scenario fails and ends (s). Until then, the test for being blocked is suspended."""
     placed: ClassVar[SuitePlacement | None] = None
-    """Where the shipped suites place it; None if they do not."""
+    """Placement in the shipped suites; None for a type outside the suites."""
     driver_alone: ClassVar[str] = ""
-    """What happened to the driver alone (`behavior:normal`, seed 1) on one shipped route, as seen in its replay."""
+    """Result of the driver alone (`behavior:normal`, seed 1) on one shipped route, from its replay."""
     starts: ClassVar[str] = "at the trigger point"
-    """When the event happens to which the ego must react, for the documentation."""
+    """Time of the event to which the ego must react, for the documentation."""
     simplified: ClassVar[str] = ""
-    """How it differs from the public benchmark, for the documentation."""
+    """Differences from the public benchmark, for the documentation."""
     needs_map: ClassVar[str] = ""
-    """What the map must have, for the documentation."""
+    """Requirements on the map, for the documentation."""
     blueprints: ClassVar[tuple[str, ...]] = ()
-    """Blueprints that it requires."""
+    """Required blueprints."""
     expected: ClassVar[Expected | None] = None
-    """The right reaction, if the scenario is judged by it."""
+    """The right reaction, if the scenario has one."""
     suspends: ClassVar[frozenset[str]] = frozenset()
     """Criteria that are suspended while it runs."""
     extra_criteria: ClassVar[frozenset[str]] = frozenset()
@@ -60,22 +60,22 @@ class Scenario(ABC):
     """Criteria that stay suspended after its end."""
 
     def __init__(self, spec: ScenarioSpec, setting: ScenarioContext, traffic: Background | None = None) -> None:
-        """Create the scenario on a route. `traffic` is the background; without one its hooks do nothing."""
+        """Create the scenario on a route. `traffic` is the background. Without one, its hooks do nothing."""
         self.spec = spec
         self.setting = setting
         self._traffic = traffic
         self.suspended: set[str] = set()
         self.news: list[tuple[str, str, float]] = []
-        """Events for the criteria since `Play` last read them: (kind, text, value)."""
+        """Events for the criteria since the last read by `ScenarioPlayer`: (kind, text, value)."""
         self.trigger_index = setting.route.project(_location(spec))
         self.trigger_s_m = float(setting.route.s_m[self.trigger_index])
 
     def needs(self, setting: ScenarioContext) -> str | None:
-        """Return why this map or blueprint library does not support it, or None."""
+        """Return the reason why this map or blueprint library does not support it, or None."""
         return None
 
     def stage(self) -> None:  # noqa: B027 (many types have nothing to stage)
-        """Spawn what must be present from the route's start, and stage the rest below the ground."""
+        """Spawn the actors that are present from the route's start, and stage the others below the ground."""
 
     @abstractmethod
     def script(self) -> Iterator[None]:
@@ -85,10 +85,10 @@ class Scenario(ABC):
         """Undo lasting effects, such as frozen lights. Called exactly once, in any state."""
 
     def disturb(self, control: carla.VehicleControl) -> carla.VehicleControl:
-        """Return the control that the vehicle gets instead of the hero's, while the script runs."""
+        """Return the control for the vehicle in place of the hero's, while the script runs."""
         return control
 
-    # Helpers for scripts.
+    # ---- helpers for scripts
 
     @property
     def cast(self) -> ActorPool:
@@ -132,10 +132,10 @@ class Scenario(ABC):
 
     def ahead(self, distance_m: float) -> carla.Waypoint:
         """Return the route waypoint `distance_m` beyond the trigger. Raises `ScenarioError` beyond the route's end."""
-        return self.setting.route.at(self.s_at(distance_m))
+        return self.setting.route.waypoint_at(self.s_at(distance_m))
 
     def gap_m(self, s_m: float) -> float:
-        """Return the distance along the route from the hero's centre to arc length `s_m` (m)."""
+        """Return the distance along the route from the hero's center to arc length `s_m` (m)."""
         return s_m - self.setting.hero_s_m
 
     def within(self, s_m: float, seconds: float, distance_m: float) -> bool:

@@ -89,8 +89,8 @@ def _ours() -> Iterator[str]:
         if cls.expected is not None:
             needs = ", ".join(part for part in (cls.needs_map, _blueprints(cls)) if part) or "–"
             off = ", ".join(f"`{suspend}`" for suspend in sorted(cls.suspends)) or "–"
-            seen = cls.driver_alone or "–"
-            cells = (f"`{name}`", _text(cls), cls.expected, cls.starts, needs, off, cls.simplified or "–", seen)
+            driver_alone = cls.driver_alone or "–"
+            cells = (f"`{name}`", _text(cls), cls.expected, cls.starts, needs, off, cls.simplified or "–", driver_alone)
             yield "| " + " | ".join(" ".join(cell.split()) for cell in cells) + " |"
 
 
@@ -123,8 +123,8 @@ def _row(cls: type[Scenario]) -> str:
     limit = "–" if cls.timeout_s is None else f"{cls.timeout_s:.0f} s"
     parameters = "<br>".join(map(_parameter, parameters_of(cls))) or "–"
     needs = ", ".join(part for part in (cls.needs_map, _blueprints(cls)) if part) or "–"
-    seen = cls.driver_alone or "–"
-    cells = (f"`{cls.type}`", _text(cls), cls.starts, parameters, needs, limit, cls.simplified or "–", seen)
+    driver_alone = cls.driver_alone or "–"
+    cells = (f"`{cls.type}`", _text(cls), cls.starts, parameters, needs, limit, cls.simplified or "–", driver_alone)
     return "| " + " | ".join(" ".join(cell.split()) for cell in cells) + " |"
 
 

@@ -1,1 +1,1 @@
-"""Finds places on maps for scenarios: lanes, junctions and ramps with what a type needs."""
+"""Finds sites for scenarios on maps: lanes, junctions and ramps that satisfy a type's requirements."""

@@ -1,4 +1,4 @@
-"""Sites at junctions in towns and between them."""
+"""Sites at junctions in towns and between them. The lengths are ours."""
 
 from __future__ import annotations
 
@@ -9,19 +9,26 @@ from typing import Any
 import carla
 
 from stucksolver_eval.routes import Parameter
-from stucksolver_eval.sites.lane_walk import Path, Town, approach, beside, follow
+from stucksolver_eval.sites.lane_walk import Path, Town, approach, follow, lane_to_right
 from stucksolver_eval.sites.movements import Control, JunctionMovement, Side, Turn, arm, straight
 from stucksolver_eval.sites.site import Site
 
 _TRIGGER_BEFORE_M = 38
+"""Distance of the trigger before the junction (m)."""
 _START_BEFORE_M = 75
+"""Distance of the route's start before the junction (m)."""
 _END_AFTER_M = 95
+"""Distance of the route's end after the junction (m)."""
 _FLOW_BEFORE_M = 75
+"""Distance of a flow's start before the junction (m)."""
 _FLOW_AFTER_M = 55
+"""Distance of a flow's end after the junction (m)."""
 _BICYCLES_BEFORE_M = 40
+"""Distance of a bicycle flow's start before the junction (m)."""
 _BICYCLES_AFTER_M = 40
+"""Distance of a bicycle flow's end after the junction (m)."""
 _NEAR_M = 3
-"""Marks are this close to the junction, so that the route through it is unambiguous."""
+"""Distance of marks from the junction (m). It is short, so that the route through the junction is unambiguous."""
 
 LIT: frozenset[Control] = frozenset({"light"})
 UNLIT: frozenset[Control] = frozenset({"stop", "yield", "none"})
@@ -37,7 +44,7 @@ FROM_LEFT: frozenset[Side] = frozenset({"left"})
 Ways = list[JunctionMovement]
 Places = Mapping[str, Any]
 Extra = Callable[[JunctionMovement, Ways], Iterator[tuple[Places, Mapping[str, Parameter]]]]
-"""Yields the parameters that the place determines, once for each way to play the scenario there."""
+"""Yields the parameters that follow from the site, once for each variant of the scenario there."""
 
 
 def _nothing(mine: JunctionMovement, ways: Ways) -> Iterator[tuple[Places, Mapping[str, Parameter]]]:
@@ -46,7 +53,7 @@ def _nothing(mine: JunctionMovement, ways: Ways) -> Iterator[tuple[Places, Mappi
 
 @dataclass(frozen=True)
 class JunctionSites:
-    """Finds all movements through junctions that have what a type needs."""
+    """Finds all movements through junctions that satisfy a type's requirements."""
 
     turns: frozenset[Turn] = frozenset({"left", "right"})
     controls: frozenset[Control] = frozenset({"light", "stop", "yield", "none"})
@@ -55,7 +62,7 @@ class JunctionSites:
     from_sides: frozenset[Side] = frozenset()
     """Sides from which traffic must be able to go straight on."""
     rightmost: bool = False
-    """True for the lane at the kerb only, next to a sidewalk."""
+    """True for the lane at the curb only, next to a sidewalk."""
     trigger_m: int = _TRIGGER_BEFORE_M
     """Distance from the trigger to the junction."""
     extra: Extra = field(default=_nothing)
@@ -69,7 +76,7 @@ class JunctionSites:
                 continue
             if not all(straight(arm(mine, side, ways)) for side in self.from_sides):
                 continue
-            if self.rightmost and not beside(mine.entry, carla.LaneType.Sidewalk):
+            if self.rightmost and not lane_to_right(mine.entry, carla.LaneType.Sidewalk):
                 continue
             for number, (positions, fixed) in enumerate(self.extra(mine, ways)):
                 site = site_at(mine, self.trigger_m)
@@ -90,7 +97,7 @@ def site_at(mine: JunctionMovement, trigger_m: int = _TRIGGER_BEFORE_M, end_m: i
 
 
 def _to_exit_lane(mine: JunctionMovement, of: Ways) -> Ways:
-    """Return the movements straight on into the lane that the ego turns into, or its neighbour."""
+    """Return the movements straight on into the lane that the ego turns into, or its neighbor."""
     return [
         item
         for item in straight(of)
@@ -99,19 +106,22 @@ def _to_exit_lane(mine: JunctionMovement, of: Ways) -> Ways:
 
 
 def enter_flow(mine: JunctionMovement, ways: Ways) -> Iterator[tuple[Places, Mapping[str, Parameter]]]:
-    """Yield places of a flow from the left on the road that the ego turns right into."""
+    """Yield positions of a flow from the left on the road that the ego turns right into."""
     for other in _to_exit_lane(mine, arm(mine, "left", ways)):
         yield flow(other), {}
 
 
 def oncoming_flow(mine: JunctionMovement, ways: Ways) -> Iterator[tuple[Places, Mapping[str, Parameter]]]:
-    """Yield places of a flow from the opposite arm, straight through."""
+    """Yield positions of a flow from the opposite arm, straight through."""
     for other in straight(arm(mine, "opposite", ways)):
         yield flow(other), {}
 
 
 def crossing_flow(mine: JunctionMovement, ways: Ways) -> Iterator[tuple[Places, Mapping[str, Parameter]]]:
-    """Yield places of a flow from the left across the ego's path; the second flow, from the right, follows from it."""
+    """Yield positions of a flow from the left across the ego's path.
+
+    The second flow, from the right, follows from it.
+    """
     for other in straight(arm(mine, "left", ways)):
         yield flow(other), {"direction": {"value": "right"}}
 
@@ -126,8 +136,8 @@ def bicycles(mine: JunctionMovement, ways: Ways) -> Iterator[tuple[Places, Mappi
     """Yield bicycle lanes: to the ego's right for a right turn, the oncoming one for a left turn."""
     sources = [mine] if mine.turn == "right" else straight(arm(mine, "opposite", ways))
     for other in sources:
-        start = beside(approach(other.entry, _BICYCLES_BEFORE_M)[0], carla.LaneType.Biking)
-        at_junction = beside(other.entry, carla.LaneType.Biking)
+        start = lane_to_right(approach(other.entry, _BICYCLES_BEFORE_M)[0], carla.LaneType.Biking)
+        at_junction = lane_to_right(other.entry, carla.LaneType.Biking)
         beyond = _beyond_junction(at_junction) if at_junction is not None else ()
         if start is not None and len(beyond) > _BICYCLES_AFTER_M:
             yield {"start_actor_flow": start, "end_actor_flow": beyond[_BICYCLES_AFTER_M]}, {}
@@ -148,7 +158,7 @@ def joined(mine: JunctionMovement, ways: Ways) -> Iterator[tuple[Places, Mapping
 
 
 def direction_of(*sides: Side) -> Extra:
-    """Return an extra that adds `direction`: each of `sides` from which traffic meets the ego's path."""
+    """Return an extra that adds `direction`: each of `sides` whose traffic conflicts with the ego's path."""
 
     def extra(mine: JunctionMovement, ways: Ways) -> Iterator[tuple[Places, Mapping[str, Parameter]]]:
         for side in sides:

@@ -7,80 +7,85 @@ from typing import Any
 
 import carla
 
-from stucksolver_eval.sites.lane_walk import Path, Town, bend_deg, beside, oncoming, same_way
+from stucksolver_eval.sites.lane_walk import Path, Town, bend_deg, lane_to_right, oncoming, same_way
 
 _TWO_WAYS_LIMIT_KMH = 50.0
-"""In faster oncoming flows there is no gap long enough to pass something from a standstill."""
+"""Highest speed limit for passing in the oncoming lane (km/h).
+
+Faster oncoming flows have no gap long enough for a pass from rest.
+"""
 _SURE_BEND_DEG = 15.0
+"""Change of heading from which a lane counts as a bend (degrees). Ours."""
 _WIDE_M = 3.0
+"""Smallest width of a wide lane (m). Ours."""
 
 Fits = Callable[[Town, Path], bool]
-"""Returns True if a stretch has what the scenario needs."""
+"""Returns True if a stretch satisfies the scenario's requirements."""
 
 
 def any_lane(town: Town, stretch: Path) -> bool:
-    """Any lane, except where two cars cannot pass each other."""
+    """True for any lane, except where two cars cannot pass each other."""
     return not narrow(town, stretch)
 
 
 def left_lane(town: Town, stretch: Path) -> bool:
-    """The rightmost of several lanes."""
+    """True for the rightmost of several lanes."""
     return all(same_way(w, carla.LaneChange.Left) and not same_way(w, carla.LaneChange.Right) for w in _ends(stretch))
 
 
 def right_of_two(town: Town, stretch: Path) -> bool:
-    """The rightmost of exactly two lanes."""
+    """True for the rightmost of exactly two lanes."""
     lanes = [same_way(w, carla.LaneChange.Left) for w in _ends(stretch)]
     return left_lane(town, stretch) and not any(same_way(w, carla.LaneChange.Left) for w in lanes if w is not None)
 
 
 def right_lane(town: Town, stretch: Path) -> bool:
-    """A lane with another to its right."""
+    """True for a lane with another to its right."""
     return all(same_way(w, carla.LaneChange.Right) for w in _ends(stretch))
 
 
 def several_lanes(town: Town, stretch: Path) -> bool:
-    """One of several lanes of the direction."""
+    """True for one of several lanes of the direction."""
     return left_lane(town, stretch) or right_lane(town, stretch)
 
 
 def two_ways(town: Town, stretch: Path) -> bool:
-    """One lane each way, where passing is permitted and the limit is at most 50 km/h."""
+    """True for one lane each way, where passing is permitted and the limit is at most 50 km/h."""
     slow = 0.0 < town.limit_kmh(stretch[0]) <= _TWO_WAYS_LIMIT_KMH
     return slow and all(oncoming(w) and not same_way(w, carla.LaneChange.Right) for w in _ends(stretch))
 
 
 def parking(town: Town, stretch: Path) -> bool:
-    """A parking lane to the right."""
+    """True if there is a parking lane to the right."""
     lanes = [w.get_right_lane() for w in _ends(stretch)]
     return all(lane is not None and lane.lane_type == carla.LaneType.Parking for lane in lanes)
 
 
 def two_ways_with_parking(town: Town, stretch: Path) -> bool:
-    """One lane each way, and a parking lane to the right."""
+    """True for one lane each way with a parking lane to the right."""
     return two_ways(town, stretch) and parking(town, stretch)
 
 
 def sidewalk(town: Town, stretch: Path) -> bool:
-    """A sidewalk to the right, not hidden by parked cars."""
+    """True if there is a sidewalk to the right, not hidden by parked cars."""
     if same_way(stretch[0], carla.LaneChange.Right) or parking(town, stretch):
         return False
-    return all(beside(w, carla.LaneType.Sidewalk) for w in _ends(stretch))
+    return all(lane_to_right(w, carla.LaneType.Sidewalk) for w in _ends(stretch))
 
 
 def two_ways_by_sidewalk(town: Town, stretch: Path) -> bool:
-    """One lane each way, where passing is permitted, and a sidewalk to the right."""
+    """True for one lane each way, where passing is permitted, with a sidewalk to the right."""
     return two_ways(town, stretch) and sidewalk(town, stretch)
 
 
 def bend(town: Town, stretch: Path) -> bool:
-    """One lane each way in a bend, where the centre line is usually solid."""
+    """True for one lane each way in a bend, where the center line is usually solid."""
     slow = 0.0 < town.limit_kmh(stretch[0]) <= _TWO_WAYS_LIMIT_KMH
     return one_lane(town, stretch) and slow and bend_deg(stretch[:60]) >= _SURE_BEND_DEG
 
 
 def one_lane(town: Town, stretch: Path) -> bool:
-    """One wide lane each way, with any centre line."""
+    """True for one wide lane each way, with any center line."""
     alone = not any(
         same_way(w, side) for w in _ends(stretch) for side in (carla.LaneChange.Left, carla.LaneChange.Right)
     )
@@ -88,7 +93,7 @@ def one_lane(town: Town, stretch: Path) -> bool:
 
 
 def narrow(town: Town, stretch: Path) -> bool:
-    """Lanes on which two cars cannot pass each other."""
+    """True for lanes on which two cars cannot pass each other."""
     return bool(stretch[0].lane_width < _WIDE_M)
 
 

@@ -1,4 +1,4 @@
-"""Sites along a lane, away from junctions."""
+"""Sites along a lane, away from junctions. The lengths are ours."""
 
 from __future__ import annotations
 
@@ -11,15 +11,20 @@ from stucksolver_eval.sites.movements import JunctionMovement
 from stucksolver_eval.sites.site import Site
 
 _STRAIGHT_DEG = 12.0
+"""Largest change of heading of a straight stretch (degrees)."""
 _STEP_M = 20
+"""Distance between two candidate sites (m)."""
 _MARK_EVERY_M = 60
+"""Distance between marks of a route (m)."""
 _MARGIN_M = 6
+"""Distance of a route's ends from the ends of the lane (m)."""
 _LONGEST_M = 280
+"""Longest route after the trigger (m)."""
 
 
 @dataclass(frozen=True)
 class LaneSites:
-    """Finds all places on a map at which a lane has what a type needs, every 20 m of each lane."""
+    """Finds all sites on a map at which a lane satisfies a type's requirements, every 20 m of each lane."""
 
     fits: Fits
     after_m: int = 140

@@ -11,7 +11,9 @@ from typing import Any
 import carla
 
 _LOOK_AHEAD_M = 15.0
+"""Distance ahead at which the heading of a fork's options is compared (m). Ours."""
 _MAX_SIDE_LANES = 6
+"""Maximum number of lanes on one side. Ours."""
 
 Path = tuple["carla.Waypoint", ...]
 """Waypoints about 1 m apart, in driving direction."""
@@ -79,7 +81,7 @@ def bend_deg(path: Sequence[Any]) -> float:
     return max(abs(turn_deg(path[0], item)) for item in path[::3])
 
 
-def beside(waypoint: carla.Waypoint, kind: carla.LaneType) -> carla.Waypoint | None:
+def lane_to_right(waypoint: carla.Waypoint, kind: carla.LaneType) -> carla.Waypoint | None:
     """Return the nearest lane of a type to the right, or None."""
     lane = waypoint.get_right_lane()
     for _ in range(_MAX_SIDE_LANES):

@@ -1,4 +1,4 @@
-"""Sites on motorways: entries, exits, and lane changes between them."""
+"""Sites on motorways: entries, exits, and lane changes between them. The lengths are ours."""
 
 from __future__ import annotations
 
@@ -15,21 +15,35 @@ from stucksolver_eval.sites.movements import JunctionMovement
 from stucksolver_eval.sites.site import Site
 
 _MERGE_TRIGGER_M = 45
+"""Distance of the trigger before a merge (m)."""
 _MERGE_END_M = 150
+"""Distance of the route's end after a merge (m)."""
 _MERGE_FLOW_M = (60, 120)
+"""Length of the flow before and after a merge (m)."""
 _EXIT_START_M = 170
+"""Distance of the route's start before an exit (m)."""
 _EXIT_TRIGGER_M = 140
+"""Distance of the trigger before an exit (m)."""
 _EXIT_CHANGE_M = 60
+"""Distance of the lane change before an exit (m)."""
 _EXIT_END_M = 65
+"""Distance of the route's end after an exit (m)."""
 _EXIT_FLOW_M = (165, 70)
+"""Length of the flow before and after an exit (m)."""
 _CUT_IN_TRIGGER_M = 110
+"""Distance of the trigger before an entry with a cut-in (m)."""
 _CUT_IN_FROM_M = 75
+"""Distance of the vehicle on the ramp before the entry (m)."""
 _CUT_IN_END_M = 90
+"""Distance of the route's end after the entry (m)."""
 _CHANGES_AFTER_M = (0, 45, 120, 230)
-"""Where the path in each lane starts, and where it ends (m)."""
+"""Start of the path in each lane, and its end (m)."""
 _CHANGES_TRIGGER_M = 15
+"""Distance of the trigger after the route's start (m)."""
 _CHANGES_STEP_M = 40
+"""Distance between two candidate sites (m)."""
 _FEW_LANES, _MANY_LANES = 1, 3
+"""Smallest number of lanes of a ramp, and of a motorway with lane changes."""
 
 
 def merges(town: Town, ways: list[JunctionMovement]) -> Iterator[Site]:
@@ -60,7 +74,7 @@ def exits(town: Town, ways: list[JunctionMovement]) -> Iterator[Site]:
 
 
 def cut_ins(town: Town, ways: list[JunctionMovement]) -> Iterator[Site]:
-    """Yield sites along the rightmost lane past an entry, with a place on its ramp."""
+    """Yield sites along the rightmost lane past an entry, with a position on its ramp."""
     for ramp in ways:
         for other in _beside_ramp(ramp, ways):
             if (ramp.exit.road_id, ramp.exit.lane_id) == (other.exit.road_id, other.exit.lane_id):
@@ -70,7 +84,7 @@ def cut_ins(town: Town, ways: list[JunctionMovement]) -> Iterator[Site]:
 
 
 def lane_changes(town: Town, ways: list[JunctionMovement]) -> Iterator[Site]:
-    """Yield sites with lane changes across a motorway, from both sides where there is room."""
+    """Yield sites with lane changes across a motorway, from both sides where there is space."""
     for lane in town.lanes:
         last = len(lane) - _CHANGES_AFTER_M[-1] - _CHANGES_STEP_M
         for start in range(_CHANGES_STEP_M, last, _CHANGES_STEP_M):
@@ -87,10 +101,10 @@ def _staircase(town: Town, lane: Path, side: Any, start: int) -> Iterator[Site]:
     for first, end in pairwise(_CHANGES_AFTER_M):
         shifted = lane[first:end]
         for _ in pieces:
-            beside = tuple(item for item in (same_way(item, side) for item in shifted) if item is not None)
-            if len(beside) < len(shifted):
+            adjacent = tuple(item for item in (same_way(item, side) for item in shifted) if item is not None)
+            if len(adjacent) < len(shifted):
                 return
-            shifted = beside
+            shifted = adjacent
         pieces.append(shifted)
     path = tuple(item for piece in pieces for item in piece)
     marks = (path[0], *(piece[-1] for piece in pieces))

@@ -16,17 +16,24 @@ Control = Literal["light", "stop", "yield", "none"]
 Side = Literal["left", "opposite", "right"]
 
 _TURN_DEG = 35.0
+"""Change of heading from which a movement is a turn (degrees). Ours."""
 _ARM_TOLERANCE_DEG = 35.0
+"""Tolerance of an arm's direction (degrees). Ours."""
 _ARM_MIN_M = 90.0
-"""Arms shorter than this belong to roundabouts."""
+"""Shortest arm of a junction (m). Shorter ones belong to roundabouts. Ours."""
 _WIDE_M = 3.0
-"""Narrower lanes belong to two-way roads on which two cars cannot pass each other."""
+"""Smallest width of a lane (m).
+
+Narrower ones belong to two-way roads on which two cars cannot pass each other. Ours.
+"""
 _SIGN_WITHIN_M = 12.0
+"""Largest distance of a sign before the junction (m). Ours."""
 _LIGHT_TYPE = "1000001"
 """OpenDRIVE's type of a traffic light."""
 _LIGHT_WITHIN_M = 12.0
+"""Largest distance of a light before the junction (m). Ours."""
 _HEADING_DEG: dict[Side, float] = {"left": 90.0, "opposite": 180.0, "right": -90.0}
-"""Heading of traffic from each side relative to one's own (degrees, clockwise)."""
+"""Heading of traffic from each side relative to the ego's (degrees, clockwise)."""
 
 
 @dataclass(frozen=True)
@@ -43,12 +50,12 @@ class JunctionMovement:
     turn: Turn
     control: Control
     arms: int
-    """Number of roads that meet there."""
+    """Number of roads of the junction."""
     town: Town
 
     @property
     def key(self) -> str:
-        """Identifies the movement on its map."""
+        """Key of the movement on its map."""
         return f"{self.entry.road_id}/{self.entry.lane_id}-{self.exit.road_id}/{self.exit.lane_id}"
 
 
@@ -63,7 +70,7 @@ def movements(town: Town) -> list[JunctionMovement]:
 
 
 def roundabouts(town: Town) -> Iterator[list[JunctionMovement]]:
-    """Yield paths through roundabouts as movements at the nodes of the ring: in, around, and out elsewhere."""
+    """Yield paths through roundabouts as movements at the nodes of the ring: in, around, and out at another arm."""
     ways = [item for junction in _by_junction(town) for item in junction]
     for enter in ways:
         if _is_short(town, enter.entry) or not _is_short(town, enter.exit):
@@ -72,10 +79,10 @@ def roundabouts(town: Town) -> Iterator[list[JunctionMovement]]:
         while True:
             ahead = [way for way in ways if way.entry.road_id == chain[-1].exit.road_id]
             yield from ([*chain, out] for out in ahead if not _is_short(town, out.exit))
-            onward = [obj for obj in ahead if _is_short(town, obj.exit)]
-            if onward[0].junction_id == enter.junction_id:
+            inside_ring = [obj for obj in ahead if _is_short(town, obj.exit)]
+            if inside_ring[0].junction_id == enter.junction_id:
                 break
-            chain.append(onward[0])
+            chain.append(inside_ring[0])
 
 
 def arm(mine: JunctionMovement, side: Side, others: list[JunctionMovement]) -> list[JunctionMovement]:

@@ -1,4 +1,4 @@
-"""Values of the scenarios' parameters, drawn within the ranges that Bench2Drive's own route files span."""
+"""Values of the scenarios' parameters, drawn within the ranges of Bench2Drive's own route files."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ class IntegerDraw:
     high: int
 
     def draw(self, random: Random, free_m: int) -> Parameter:
-        """Draw a value in the route file's form; `free_m` is the free road ahead."""
+        """Draw a value in the route file's form. `free_m` is the length of free road ahead."""
         return {"value": str(random.randint(self.low, self.high))}
 
 
 @dataclass(frozen=True)
 class RideDistanceDraw(IntegerDraw):
-    """How far bicycles ride: no farther than the free lane permits."""
+    """Distance that bicycles ride, limited by the free lane."""
 
     def draw(self, random: Random, free_m: int) -> Parameter:
-        """Draw a whole number of metres, limited by the free road."""
+        """Draw a whole number of meters, limited by the free road."""
         longest_m = max(_SHORTEST_RIDE_M, free_m - _BESIDE_THE_RIDE_M)
         return {"value": str(min(random.randint(self.low, self.high), longest_m))}
 
@@ -66,8 +66,9 @@ class WordDraw:
 
 
 _BESIDE_THE_RIDE_M = 100
-"""Length of free lane for the distance to the hazard, the pass, and the end."""
+"""Length of free lane for the distance to the hazard, the pass, and the end (m). Ours."""
 _SHORTEST_RIDE_M = 40
+"""Shortest ride of the bicycles (m). Ours."""
 Draw = IntegerDraw | HundredthsDraw | IntervalDraw | WordDraw
 
 ON_THE_RIGHT = WordDraw(("right",))

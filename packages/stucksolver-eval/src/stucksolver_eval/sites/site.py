@@ -1,4 +1,4 @@
-"""A place on a map for one scenario, with the route past it."""
+"""A site on a map for one scenario, with the route past it."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Site:
-    """A place with its route. `path` is the whole route, `marks` are the few waypoints that its XML lists."""
+    """A site with its route. `path` is the whole route, `marks` are the few waypoints in its XML."""
 
     town: Town
     group: str
-    """The road or junction; routes of one type go to different groups if possible."""
+    """The road or junction. Routes of one type go to different groups if possible."""
     place: str
-    """Identifies the site on its map."""
+    """Key of the site on its map."""
     path: Path
     marks: tuple[Any, ...]
     trigger: carla.Waypoint
     free_m: int = 0
     """Length of lane from the trigger to the next junction."""
     positions: Mapping[str, Any] = field(default_factory=dict)
-    """Waypoints that the scenario's parameters name."""
+    """Waypoints for the scenario's parameters."""
     fixed: Mapping[str, Parameter] = field(default_factory=dict)
-    """Parameters that follow from the place."""
+    """Parameters that follow from the site."""

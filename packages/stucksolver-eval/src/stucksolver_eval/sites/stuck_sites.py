@@ -1,4 +1,7 @@
-"""Sites for the stuck situations that Bench2Drive lacks, and for controls where waiting is right."""
+"""Sites for the immobilizing situations that Bench2Drive lacks, and for controls where waiting is right.
+
+The lengths are ours.
+"""
 
 from __future__ import annotations
 
@@ -19,27 +22,43 @@ if TYPE_CHECKING:
     import carla
 
 _RUN_UP_M = 75
+"""Distance of the route's start before the situation (m)."""
 _TRIGGER_M = 38
+"""Distance of the trigger before the situation (m)."""
 _NEAR_M = 3
+"""Distance of marks from a junction (m)."""
 _SEEN_AFTER_M = 180
-"""Length of lane after the trigger for a pass through the oncoming lane: at a limit of 50 km/h, about 150 m of that
-must be visible from 30 m after the trigger."""
+"""Length of lane after the trigger for a pass through the oncoming lane (m).
+
+At a limit of 50 km/h, about 150 m of that must be visible from 30 m after the trigger.
+"""
 _RAILS = "201"
 _FROM_RAILS_M = 30.0
+"""Smallest distance of other sites from a level crossing (m)."""
 _RAILS_AFTER_SIGN_M = 6
+"""Distance of the rails after their sign (m)."""
 _BEFORE_RAILS_M = 60
+"""Distance of the route's start before the rails (m)."""
 _BEYOND_RAILS_M = 110
+"""Distance of the route's end beyond the rails (m)."""
 _CLOSED_TRIGGER_M = 70
+"""Distance of the trigger before a closed street (m)."""
 _CLOSED_BEFORE_M = 10
+"""Distance of a closure's mark before the junction (m)."""
 _BEYOND_CLOSED_M = 60
+"""Distance of the route's end beyond the closed street (m)."""
 _LONGEST_BLOCK_M = 420
+"""Longest block around which a detour leads (m)."""
 _SAME_HEADING_DEG = 10.0
+"""Tolerance for two equal headings (degrees)."""
 _RING_MARK_M = 20
+"""Distance between marks in a roundabout (m)."""
 _LAPS = 10
+"""Number of laps of a loop."""
 
 
 def to_pass(fits: Fits) -> Finder:
-    """Return a finder of places to pass through the oncoming lane with enough sight, away from level crossings."""
+    """Return a finder of sites for a pass through the oncoming lane with enough sight, away from level crossings."""
 
     def finds(town: Town, stretch: Path) -> bool:
         rails = [sign.transform.location for sign in town.map.get_all_landmarks_of_type(_RAILS)]
@@ -55,13 +74,13 @@ def crosswalks(town: Town, ways: list[JunctionMovement]) -> Iterator[Site]:
 
 
 def all_way_stops(town: Town, ways: list[JunctionMovement]) -> Iterator[Site]:
-    """Yield four-way junctions where everybody must stop, without right turns, which meet nobody from the right."""
+    """Yield four-way all-way stops, without right turns, which have no conflict with traffic from the right."""
     others = {way.junction_id for way in ways if way.control != "stop" or way.arms != 4}
     yield from (site_at(way) for way in ways if way.junction_id not in others and way.turn != "right")
 
 
 def dark_lights(town: Town, ways: list[JunctionMovement]) -> Iterator[Site]:
-    """Yield junctions with lights where a vehicle from the right meets the ego."""
+    """Yield junctions with lights where a vehicle from the right conflicts with the ego."""
     yield from JunctionSites(frozenset({"left", "straight"}), LIT, from_sides=frozenset({"right"}))(town, ways)
 
 
@@ -121,7 +140,8 @@ def closed_streets(town: Town, ways: list[JunctionMovement]) -> Iterator[Site]:
     for mine in ways:
         if mine.turn != "right" or mine.arms != 4 or not _goes_straight_too(mine, ways):
             continue
-        # Start farther back than usual, so that the ego arrives at a red light and continues at green, not at yellow.
+        # The trigger is farther back than usual, so that the ego arrives at a red light and continues at green, not
+        # at yellow.
         site = site_at(mine, _CLOSED_TRIGGER_M)
         beyond = follow(mine.exit, _LONGEST_BLOCK_M)
         crossed = [index for index, item in enumerate(beyond) if item.is_junction]
@@ -136,7 +156,7 @@ def closed_streets(town: Town, ways: list[JunctionMovement]) -> Iterator[Site]:
 
 
 def _goes_straight_too(mine: JunctionMovement, ways: list[JunctionMovement]) -> bool:
-    """Return True if the same lane also goes straight on."""
+    """Return True if the same lane also leads straight on."""
     lane = (mine.entry.road_id, mine.entry.lane_id)
     return any((item.entry.road_id, item.entry.lane_id) == lane for item in straight(ways))
 

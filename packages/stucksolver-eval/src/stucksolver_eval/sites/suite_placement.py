@@ -1,4 +1,4 @@
-"""Where the shipped suites place a scenario type and with which parameters, as its class declares."""
+"""Placement of a scenario type in the shipped suites, with its parameters, as its class declares."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from stucksolver_eval.sites.parameter_draws import Draw
 from stucksolver_eval.sites.site import Site
 
 Finder = Callable[[Town, list[JunctionMovement]], Iterator[Site]]
-"""Yields all suitable places on a map; it gets the map and the movements through its junctions."""
+"""Yields all suitable sites on a map, from the map and the movements through its junctions."""
 
 
 @dataclass(frozen=True)
 class SuitePlacement:
-    """Five routes of a suite, with ids from `first_id` on, at places that `find` yields."""
+    """Five routes of a suite, with ids from `first_id` on, at sites that `find` yields."""
 
     suite: str
     first_id: int
     find: Finder
     values: Mapping[str, Draw] = field(default_factory=dict)
-    """The scenario's parameters, except those that follow from the place."""
+    """The scenario's parameters, except those that follow from the site."""
     only_in: str = ""
-    """The only suitable map, if others lack blocks to drive around, fast roads, or bicycle lanes."""
+    """The only suitable map, if others lack blocks for a detour, fast roads, or bicycle lanes."""
 
     def draw(self, random: Random, free_m: int) -> dict[str, Parameter]:
         """Draw the parameters of one route. The lane is free for `free_m` after the trigger."""

@@ -1,1 +1,1 @@
-"""Finds places on any map where a vehicle can get stuck behind something, and routes past them."""
+"""Finds sites on any map where an obstacle can immobilize a vehicle, and routes past them."""

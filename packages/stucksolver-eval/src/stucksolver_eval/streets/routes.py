@@ -1,4 +1,4 @@
-"""Routes past such places, found on the map of a simulator that is started for it."""
+"""Routes past such sites, found on the map of a simulator that is started for the search."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ if TYPE_CHECKING:
     import carla
 
 MARKS_EVERY_M = 20
-"""Distance between the waypoints that a route lists: close enough that the path between them is unambiguous."""
+"""Distance between the waypoints of a route (m): short enough that the path between them is unambiguous. Ours."""
 
 Found = TypeVar("Found")
 
 
 @dataclass(frozen=True)
 class SimulatorTarget:
-    """A map and its simulator: our own carlette, or a running CARLA server at `host` and `port`."""
+    """A map and its simulator: carlette, or a running CARLA server at `host` and `port`."""
 
     map_name: str
     maps: str | None = None
@@ -32,7 +32,7 @@ class SimulatorTarget:
 
 
 def with_map(where: SimulatorTarget, find: Callable[[Any, Any], Found]) -> Found:
-    """Call `find` with a `carla.World` and its `carla.Map`. Raises `ServerError`, and what `find` raises."""
+    """Call `find` with a `carla.World` and its `carla.Map`. Raises `ServerError`, and the errors of `find`."""
     with open_server(where.map_name, where.maps, where.seed, where.host, where.port) as server:
         try:
             client = connect(server, CLIENT_TIMEOUT_S)
@@ -43,7 +43,9 @@ def with_map(where: SimulatorTarget, find: Callable[[Any, Any], Found]) -> Found
                 raise
             # The client library reports a lost simulator with a bare `RuntimeError`.
             server.check()
-            raise ServerError(f"the simulator at {server.host}:{server.port} does not answer: {error}") from error
+            raise ServerError(
+                f"no answer of the simulator at {server.host}:{server.port}: {error}. Run again"
+            ) from error
 
 
 def street_route(

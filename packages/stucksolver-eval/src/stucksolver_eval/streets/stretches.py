@@ -11,8 +11,11 @@ from typing import Literal, TypeGuard
 import carla
 
 _STEP_M = 1.0
+"""Distance between waypoints (m)."""
 _MIN_LANE_M = 2.75
+"""Smallest width of a lane for passing (m). Ours."""
 _LONGEST = 5000
+"""Maximum number of waypoints of a lane. Ours."""
 StreetKind = Literal["one_lane", "multi_lane"]
 Line = Literal["broken", "solid", "none", "other"]
 _LaneKey = tuple[int, int, int]
@@ -20,11 +23,11 @@ _LaneKey = tuple[int, int, int]
 
 @dataclass(frozen=True)
 class Stretch:
-    """Part of a chain, `first` to `last`, along which the neighbours stay the same."""
+    """Part of a chain, `first` to `last`, along which the neighbors stay the same."""
 
     kind: StreetKind
-    centre_line: Line
-    """The line to the left neighbour."""
+    center_line: Line
+    """The line to the left neighbor."""
     rightmost: bool
     """True if there is no driving lane to the right."""
     first: int
@@ -40,11 +43,11 @@ def lane_runs(carla_map: carla.Map) -> list[list[carla.Waypoint]]:
 
 
 def stretches(chain: Sequence[carla.Waypoint]) -> Iterator[Stretch]:
-    """Yield the parts of a chain with a left neighbour in which to pass."""
-    for neighbours, group in groupby(enumerate(chain), key=lambda item: _neighbours(item[1])):
+    """Yield the parts of a chain with a left neighbor lane for passing."""
+    for neighbors, group in groupby(enumerate(chain), key=lambda item: _neighbors(item[1])):
         places = [place for place, _ in group]
-        if neighbours is not None:
-            yield Stretch(*neighbours, first=places[0], last=places[-1])
+        if neighbors is not None:
+            yield Stretch(*neighbors, first=places[0], last=places[-1])
 
 
 def bend_deg(waypoints: Sequence[carla.Waypoint]) -> float:
@@ -74,15 +77,15 @@ def _chain(start: carla.Waypoint, visited: set[_LaneKey]) -> list[carla.Waypoint
     chain, here = [start], _key(start)
     visited.add(here)
     while len(chain) < _LONGEST:
-        onward = chain[-1].next(_STEP_M)
-        if len(onward) != 1 or onward[0].is_junction:
+        following = chain[-1].next(_STEP_M)
+        if len(following) != 1 or following[0].is_junction:
             break
-        if _key(onward[0]) != here:
-            here = _key(onward[0])
+        if _key(following[0]) != here:
+            here = _key(following[0])
             if here in visited:
                 break
             visited.add(here)
-        chain.append(onward[0])
+        chain.append(following[0])
     return chain
 
 
@@ -95,8 +98,8 @@ def _key(waypoint: carla.Waypoint) -> _LaneKey:
     return waypoint.road_id, waypoint.section_id, waypoint.lane_id
 
 
-def _neighbours(waypoint: carla.Waypoint) -> tuple[StreetKind, Line, bool] | None:
-    """Return (kind, centre line, rightmost), or None if there is no lane in which to pass."""
+def _neighbors(waypoint: carla.Waypoint) -> tuple[StreetKind, Line, bool] | None:
+    """Return (kind, center line, rightmost), or None if there is no lane for passing."""
     left, right = waypoint.get_left_lane(), waypoint.get_right_lane()
     if not _drivable(left) or min(left.lane_width, waypoint.lane_width) < _MIN_LANE_M:
         return None
@@ -113,7 +116,7 @@ def _drivable(waypoint: carla.Waypoint | None) -> TypeGuard[carla.Waypoint]:
 
 
 def _line(marking: carla.LaneMarking | None) -> Line:
-    """Classify a line; any with a solid part counts as solid, because its side is not reported reliably."""
+    """Classify a line. Any line with a solid part counts as solid, because its side is not reported reliably."""
     if marking is None:
         return "none"
     name = str(marking.type).lower()

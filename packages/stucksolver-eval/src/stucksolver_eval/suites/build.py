@@ -1,11 +1,13 @@
 """Places the routes of the shipped suites on the shipped maps.
 
-    python -m stucksolver_eval.suites.build           writes data/*.xml
-    python -m stucksolver_eval.suites.build --check   fails if a committed file differs
+```sh
+python -m stucksolver_eval.suites.build           # writes data/*.xml
+python -m stucksolver_eval.suites.build --check   # fails if a committed file differs
+```
 
-`bench220`: five routes of each of the 44 public scenario types. `dev`: one route of every second type, with the
-same ids. `immobilized`: five routes of each of our own stuck situations and controls. Each type declares where it
-belongs (`placed`). The same maps give the same files.
+`bench220`: five routes of each of the 44 public scenario types. `dev`: one route of every second type, with the same
+ids. `immobilized`: five routes of each additional immobilizing situation and control. Each type declares its suite
+(`placed`). The same maps give the same files.
 """
 
 from __future__ import annotations
@@ -34,8 +36,11 @@ TOWNS = ("grid_town", "interurban", "motorway")
 MAPS = DEMO_TOWN.parent
 ROUTES_EACH = 5
 _FIRST_ID = {"bench220": 1000, "immobilized": 3000}
+"""First route id of each suite."""
 _IDS_EACH = 10
+"""Distance between the first ids of two types."""
 _DECIMALS = 2
+"""Number of decimals of positions."""
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -53,12 +58,12 @@ def main(arguments: list[str] | None = None) -> int:
                 write_routes(folder / f"{name}.xml", placed)
         differing = [path.name for path in folder.glob("*.xml") if path.read_bytes() != _bytes(DATA / path.name)]
     for name in differing:
-        print(f"{name} differs: run `python -m stucksolver_eval.suites.build`", file=sys.stderr)
+        print(f"{name} differs. Run `python -m stucksolver_eval.suites.build`", file=sys.stderr)
     return 1 if differing else 0
 
 
 def load_towns(folder: Path = MAPS) -> list[Town]:
-    """Load the maps that the suites use."""
+    """Load the maps of the suites."""
     return [Town(name, carla.Map(name, (folder / f"{name}.xodr").read_text("utf-8"))) for name in TOWNS]
 
 
@@ -97,14 +102,14 @@ def _spread(kind: str, sites: list[Site]) -> list[Site]:
     chosen: list[Site] = []
     while len(chosen) < ROUTES_EACH:
         if not sites:
-            raise ValueError(f"{kind}: {len(chosen)} sites, {ROUTES_EACH} are needed; add roads that fit to a map")
+            raise ValueError(f"{kind}: {len(chosen)} sites, {ROUTES_EACH} required. Add suitable roads to a map")
         chosen.append(min(sites, key=lambda site: _likeness(site, chosen)))
         sites = [site for site in sites if (site.town, site.place) != (chosen[-1].town, chosen[-1].place)]
     return chosen
 
 
 def _likeness(site: Site, chosen: list[Site]) -> tuple[int, int, int]:
-    """Return how many of the chosen sites start on the same lane, and are at the same junction or road or map."""
+    """Return the numbers of chosen sites that start on the same lane, and at the same junction or road, or map."""
     here = [item for item in chosen if item.town is site.town]
     lane = (site.trigger.road_id, site.trigger.lane_id)
     same_lane = sum((item.trigger.road_id, item.trigger.lane_id) == lane for item in here)

@@ -12,7 +12,7 @@ DATA = Path(__file__).with_name("data")
 
 
 class SuiteError(ValueError):
-    """There is no such suite, or no guidance for it; the message names those that exist."""
+    """There is no such suite, or no guidance for it. The message names the existing ones."""
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class Suite:
 
     @property
     def maps(self) -> tuple[str, ...]:
-        """The towns it needs, in alphabetical order."""
+        """The towns of the suite, in alphabetical order."""
         return tuple(sorted({route.town for route in self.routes}))
 
 
@@ -43,7 +43,7 @@ def suite(name: str) -> Suite:
     path = Path(name) if name.endswith(".xml") else DATA / f"{name}.xml"
     if path.parent == DATA and name not in suite_names():
         known = ", ".join(suite_names())
-        raise SuiteError(f"there is no shipped suite '{name}'; choose from {known}, or give a route file (.xml)")
+        raise SuiteError(f"no such shipped suite: '{name}'. Choose from {known}, or give a route file (.xml)")
     routes = read_routes(path)
     return Suite(path.stem, routes, hashlib.sha256(path.read_bytes()).hexdigest()[:12])
 
@@ -53,17 +53,17 @@ def shipped_guidance(name: str) -> Path:
     path = DATA / f"guidance-{name}.json"
     if not path.is_file():
         known = ", ".join(suite_names())
-        raise SuiteError(f"there is no shipped guidance for the suite '{name}', only for {known}; give a script")
+        raise SuiteError(f"no shipped guidance for suite: '{name}', only for {known}. Give a script")
     return path
 
 
 def load_routes(name: str, only: tuple[str, ...] = ()) -> tuple[Route, ...]:
-    """Return the routes of a suite or file, or those with the given ids. Raises `SuiteError` and `RouteFileError`."""
+    """Return the routes of a suite or file, or those with the ids `only`. Raises `SuiteError` and `RouteFileError`."""
     routes = suite(name).routes
     known = {route.id for route in routes}
     missing = [route_id for route_id in only if route_id not in known]
     if missing:
-        raise SuiteError(f"no route {', '.join(missing)} in {name}; its ids are {', '.join(sorted(known))}")
+        raise SuiteError(f"no such route in {name}: {', '.join(missing)}. Its ids are {', '.join(sorted(known))}")
     return tuple(route for route in routes if not only or route.id in only)
 
 

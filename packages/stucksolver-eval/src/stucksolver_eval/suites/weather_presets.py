@@ -42,7 +42,7 @@ FIELDS = (
     "fog_falloff",
 )
 _STEP = 8
-"""Coprime to the number of presets, so that all are used and neighbours differ."""
+"""Step through the presets. It is coprime to their number, so that all are used and neighbors differ."""
 _DECIMALS = 3
 
 

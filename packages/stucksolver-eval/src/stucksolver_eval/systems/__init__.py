@@ -1,4 +1,4 @@
-"""The arms: the driver alone, timers, or StuckSolver."""
+"""The systems under test: the driver alone, timers, or StuckSolver."""
 
 from stucksolver_eval.systems.factory import SystemSpecError, carries_camera, make_arm
 from stucksolver_eval.systems.system_under_test import SystemLog, SystemUnderTest

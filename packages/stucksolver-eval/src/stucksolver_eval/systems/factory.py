@@ -1,4 +1,4 @@
-"""Makes arms from their names."""
+"""Creates systems from their names."""
 
 from __future__ import annotations
 
@@ -31,26 +31,26 @@ if TYPE_CHECKING:
     import carla
 
 NONE = "none"
-"""Arm without recovery."""
+"""System without recovery."""
 TIMERS = "timers"
-"""Arm that recovers by timers."""
+"""System with recovery by timers."""
 FAULTY_PREFIX = "faulty:"
-"""Arms with a reasoner made to fail; its name follows."""
+"""Prefix of systems with a reasoner that fails by design. The kind of failure follows."""
 VEHICLE = "car-1"
-"""The vehicle's name in a memory."""
+"""Name of the vehicle in a memory."""
 EXCHANGES = "exchanges"
-"""Folder beside the records: every request to a model, and its answer."""
+"""Folder next to the records: every request to a model, and its answer."""
 
 
 class SystemSpecError(ValueError):
-    """There is no such arm. The message lists those that exist."""
+    """There is no such system. The message lists the existing ones."""
 
 
 def check_arm(spec: SystemSpec) -> None:
-    """Check an arm.
+    """Check a system.
 
     Raises:
-        ArmError: The driver, the recovery or the reasoner does not exist, or they do not fit together.
+        SystemSpecError: The driver, the recovery or the reasoner does not exist, or they do not fit together.
         LadderError: The ladder cannot be used.
     """
     try:
@@ -62,13 +62,18 @@ def check_arm(spec: SystemSpec) -> None:
     if spec.recovery not in (NONE, TIMERS):
         _reasoner(spec.recovery, 0)
     elif not spec.guarded:
-        raise SystemSpecError(f"--unguarded needs a recovery with a guard; {spec.recovery!r} has none")
+        raise SystemSpecError(
+            f"--unguarded needs a recovery with a guard: {spec.recovery!r} has none. Choose another --recovery"
+        )
     elif spec.reasoner:
-        raise SystemSpecError(f"--reasoner {spec.reasoner} needs a recovery that uses it; {spec.recovery!r} does not")
+        raise SystemSpecError(
+            f"--reasoner {spec.reasoner} needs a recovery that uses it: {spec.recovery!r} does not. "
+            "Choose another --recovery"
+        )
     if spec.reasoner:
         _reasoner(spec.reasoner, 0)
     if spec.ladder is not None:
-        # The weights of a student on a rung are loaded once, so that errors show before the drive.
+        # The weights of a student on a rung are loaded once, so that errors appear before the drive.
         for name in find_ladder(spec.ladder).students():
             _reasoner(name, 0)
 
@@ -77,7 +82,7 @@ def _check_perception(spec: SystemSpec) -> None:
     if spec.perception == SENSORS:
         from stucksolver_perception.pipeline import unavailable_reason
 
-        # This loads all weights once, so that errors show before the drive.
+        # This loads all weights once, so that errors appear before the drive.
         why = unavailable_reason()
         if why:
             raise SystemSpecError(f"--perception sensors: {why}")
@@ -87,14 +92,16 @@ def _check_perception(spec: SystemSpec) -> None:
         if spec.perception != SENSORS:
             raise SystemSpecError("--sensor-fault needs --perception sensors")
         if spec.sensor_fault not in FAULTS:
-            raise SystemSpecError(f"unknown sensor fault {spec.sensor_fault!r}; choose from {', '.join(FAULTS)}")
+            raise SystemSpecError(f"unknown sensor fault: {spec.sensor_fault!r}. Choose from {', '.join(FAULTS)}")
 
 
 def _check_memory(spec: SystemSpec) -> None:
     if spec.memory is None:
         return
     if spec.recovery in (NONE, TIMERS):
-        raise SystemSpecError(f"--memory needs a recovery that proposes plans; it does not work with {spec.recovery!r}")
+        raise SystemSpecError(
+            f"--memory needs a recovery that proposes plans: {spec.recovery!r} does not. Choose another --recovery"
+        )
     try:
         SolutionStore(spec.memory)
     except MemoryFileError as error:
@@ -105,7 +112,7 @@ def preflight_arm(spec: SystemSpec) -> tuple[str, ...]:
     """Check once that each reasoner responds, and whether signs are read. Returns notes for the user, one line each.
 
     Raises:
-        ArmError: A reasoner does not respond.
+        SystemSpecError: A reasoner does not respond.
     """
     words = [item for item in (spec.recovery, spec.reasoner) if item not in ("", NONE, TIMERS)]
     unread = unavailable_reason() if spec.perception == SENSORS else None
@@ -117,7 +124,7 @@ def preflight_arm(spec: SystemSpec) -> tuple[str, ...]:
 
 
 def carries_camera(spec: SystemSpec) -> bool:
-    """True if a reasoner looks at images; the camera costs more than everything else in a tick."""
+    """True if a reasoner uses images. The camera costs more than everything else in a tick."""
     return spec.camera or sees(spec.recovery) or sees(spec.reasoner)
 
 
@@ -130,10 +137,10 @@ def make_arm(
     seed: int,
     records: Path | None,
 ) -> SystemUnderTest:
-    """Make an arm for a driver that has its route.
+    """Make a system for a driver with its route.
 
     Args:
-        spec: The arm.
+        spec: The system.
         ego: The vehicle.
         driver: Its driver.
         carla_map: The map.
@@ -142,7 +149,7 @@ def make_arm(
         records: Folder for a record of each intervention, if any.
 
     Raises:
-        ArmError: The arm cannot be made.
+        SystemSpecError: The system cannot be made.
         LadderError: The ladder cannot be used.
     """
     if spec.recovery == NONE:
@@ -162,7 +169,7 @@ def make_arm(
     stack = CarlaStack(ego, driver, carla_map, camera=camera)
 
     def make(listener: Listener) -> StuckSolver:
-        """Return the arm's solver, which tells `listener` its events."""
+        """Return the system's solver, which emits its events to `listener`."""
         return StuckSolver(
             stack.scene,
             ladder=ladder,
@@ -179,7 +186,7 @@ def make_arm(
 
 
 def _camera(ego: Any) -> PictureSource:
-    """The vehicle's own camera, if it perceives by its sensors."""
+    """Return the vehicle's own camera if it uses its sensors, else a new one."""
     eyes = getattr(ego, "perceiver", None)
     found: PictureSource = FrontCamera(ego) if eyes is None else eyes.camera()
     return found
@@ -189,7 +196,7 @@ def _reasoner(words: str, seed: int, exchanges: Path | None = None) -> Reasoner:
     if words.startswith(FAULTY_PREFIX):
         name = words.removeprefix(FAULTY_PREFIX)
         if name not in FAULTY:
-            raise SystemSpecError(f"unknown reasoner {words!r}; faulty ones are {', '.join(FAULTY)}")
+            raise SystemSpecError(f"unknown reasoner: {words!r}. Faulty ones are {', '.join(FAULTY)}")
         return make_faulty(name, seed)
     try:
         return make_reasoner(words, exchanges)

@@ -1,4 +1,4 @@
-"""StuckSolver beside a driver, through its public API only."""
+"""StuckSolver with a driver, through its public API only."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Listener = Callable[[Event], None]
 
 
 class SolverSystem:
-    """`make_solver` gets the listener for the solver's events; `reasoners` are those that it may ask."""
+    """`make_solver` gets the listener for the solver's events; `reasoners` are those that the solver may query."""
 
     def __init__(
         self,
@@ -40,7 +40,7 @@ class SolverSystem:
         self._start_s: float | None = None
         self._now = TickInfo(0.0, 0.0, 0.0)
         self._running: InterventionRecord | None = None
-        self._heard: list[Listener] = []
+        self._listeners: list[Listener] = []
         self.log = SystemLog()
         self.directive: Directive | None = None
         self._decided: Event | None = None
@@ -63,10 +63,10 @@ class SolverSystem:
 
     def listen(self, listener: Listener) -> None:
         """Add another listener for the solver's events."""
-        self._heard.append(listener)
+        self._listeners.append(listener)
 
     def step(self, now: TickInfo) -> Any:
-        """Run one tick of the solver and perform its directive."""
+        """Run one tick of the solver and execute its directive."""
         self._now = now
         self.directive = self._solver.step(self._stack.status(), self._stack.surroundings)
         if isinstance(self.directive, SafeStop) and self.log.asked_s is None:
@@ -74,7 +74,7 @@ class SolverSystem:
         return self._stack.perform(self.directive)
 
     def say(self, text: str) -> None:
-        """Pass a person's words to the solver."""
+        """Pass a person's utterance to the solver."""
         self._solver.guide(text)
 
     def answer(self, yes: bool, by: Person) -> Question | None:
@@ -83,6 +83,7 @@ class SolverSystem:
         try:
             (self._solver.approve if yes else self._solver.deny)(None, by)
         except QuestionError:
+            # A script may answer a question that has closed meanwhile.
             return None
         return question
 
@@ -96,7 +97,11 @@ class SolverSystem:
         if self._memory is not None:
             self._memory.close()
             if self._memory.fault is not None:
-                print(f"note: not everything was remembered: {self._memory.fault}", file=sys.stderr, flush=True)
+                print(
+                    f"note: some entries of the memory were not stored: {self._memory.fault}",
+                    file=sys.stderr,
+                    flush=True,
+                )
         if self._camera is not None:
             self._camera.close()
         if self._recorder is not None:
@@ -105,8 +110,8 @@ class SolverSystem:
                 raise self._recorder.error
         if self._running is not None:
             self._end(time_s, False, "the route ended")
-        told = [reasoner.reliability for reasoner in self._reasoners.values()]
-        self.log.reliability = [item for item in told if item is not None]
+        reliabilities = [reasoner.reliability for reasoner in self._reasoners.values()]
+        self.log.reliability = [item for item in reliabilities if item is not None]
 
     def _hear(self, event: Event) -> None:
         now = self._now
@@ -122,7 +127,7 @@ class SolverSystem:
             self._end(now.time_s, event.kind is EventKind.FINISHED, event.text)
         elif self.log.asked_s is None and (event.kind is EventKind.STOPPED or _calls_operator(event)):
             self.log.asked_s = now.time_s
-        for listener in self._heard:
+        for listener in self._listeners:
             listener(event)
 
     def _answered(self, event: Event) -> None:
@@ -136,8 +141,8 @@ class SolverSystem:
 
     def _failed(self, event: Event) -> None:
         if self.log.queries and self.log.queries[-1].answered_s is None:
-            told = {"outcome": QueryOutcome.FAILED, "verdict": f"failed: {event.text}"}
-            self.log.queries[-1] = self.log.queries[-1].model_copy(update=told)
+            changes = {"outcome": QueryOutcome.FAILED, "verdict": f"failed: {event.text}"}
+            self.log.queries[-1] = self.log.queries[-1].model_copy(update=changes)
 
     def _began(self, event: Event) -> None:
         decided = self._decided
@@ -164,5 +169,5 @@ class SolverSystem:
 
 
 def _calls_operator(event: Event) -> bool:
-    """True if an operator is asked something."""
+    """True if the event contains a question to an operator."""
     return event.kind is EventKind.ASKED and event.question is not None and event.question.to == "operator"

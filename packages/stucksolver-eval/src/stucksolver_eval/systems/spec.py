@@ -1,4 +1,4 @@
-"""The specification of an arm: the driver, the recovery, and the clock."""
+"""The specification of a system under test: the driver, the recovery, and the clock."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ class SystemSpec:
     Attributes:
         driver: Name of the driver.
         recovery: `none`, `timers`, or the reasoner of the ladder's rung `rules`, such as `rules` or `faulty:random`.
-        reasoner: The reasoner of its rung `model`, if any.
+        reasoner: The reasoner of the ladder's rung `model`, if any.
         detector: Fields of `DetectorSettings` that differ from its defaults.
-        guarded: False drives proposals without a proof, to measure the value of the guard.
-        heedless: While it drives a plan the driver does not brake for anybody, to measure the guard alone.
+        guarded: False executes proposals without a proof, to measure the value of the guard.
+        heedless: While it drives a plan the driver does not brake for other road users, to measure the guard alone.
     """
 
     driver: str = "behavior:normal"
@@ -33,19 +33,18 @@ class SystemSpec:
     """Experiment: a sensor that fails during the drive, one of `stucksolver_perception.carla.FAULTS`."""
     ladder: Path | None = None
     memory: Path | None = None
-    """File of the memory that wraps the recovery; None: no memory."""
+    """File of the memory that wraps the recovery; None for no memory."""
     detector: dict[str, float] = field(default_factory=dict)
     guarded: bool = True
     heedless: bool = False
     camera: bool = False
-    """Carry the front camera even if no reasoner looks at it, to show what was seen."""
+    """Carry the front camera even if no reasoner uses it, for the replay."""
     questions: Path | None = None
-    """File that takes each question to a reasoner with the surroundings, instead of a record; None: they are not kept.
-    """
+    """File for each query to a reasoner with the surroundings, instead of a record; None to store none."""
 
     @property
     def name(self) -> str:
-        """The name in tables."""
+        """Name in tables."""
         if self.sensor_fault:
             return f"{replace(self, sensor_fault='').name}, {self.sensor_fault}"
         if self.recovery == "none":

@@ -1,4 +1,4 @@
-"""The interface of every arm: it gives one control per tick, and its actions are logged."""
+"""The interface of every system under test: it returns one control per tick, and its actions are logged."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @dataclass
 class SystemLog:
-    """The log of an arm; times since the start of the route (s)."""
+    """The log of a system; times since the start of the route (s)."""
 
     interventions: list[InterventionRecord] = field(default_factory=list)
     queries: list[QueryRecord] = field(default_factory=list)
@@ -34,7 +34,7 @@ class TickInfo:
 
 
 class SystemUnderTest(Protocol):
-    """Wraps a driver. `directive` is the driver's last order, for the replay."""
+    """Wraps a driver. `directive` is the last directive to the driver, for the replay."""
 
     log: SystemLog
     directive: Directive | None
@@ -43,14 +43,14 @@ class SystemUnderTest(Protocol):
         """Return this tick's `carla.VehicleControl`."""
 
     def say(self, text: str) -> None:
-        """Take a passenger's words."""
+        """Receive a passenger's utterance."""
 
     def close(self, time_s: float) -> None:
         """End the route."""
 
 
 class DriverOnly:
-    """The driver without help."""
+    """The driver without recovery."""
 
     def __init__(self, driver: Driver) -> None:
         self._driver = driver
@@ -63,7 +63,7 @@ class DriverOnly:
         return control
 
     def say(self, text: str) -> None:
-        """Ignore the words."""
+        """Ignore the utterance."""
 
     def close(self, time_s: float) -> None:
         """Do nothing."""

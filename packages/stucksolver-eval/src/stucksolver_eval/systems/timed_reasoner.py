@@ -1,4 +1,4 @@
-"""Measures the cost of an arm's reasoners, and how often they answered."""
+"""Measures the cost and the reliability of a system's reasoners."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class TimedReasoner:
         return self._inner.name
 
     def decide(self, request: ReasonerRequest) -> ReasonerAnswer:
-        """Ask the wrapped reasoner and measure the time."""
+        """Query the wrapped reasoner and measure the time."""
         began = time.perf_counter()
         self._withdrawn = False
         self._trace = None
@@ -46,7 +46,7 @@ class TimedReasoner:
             raise
         except ReasonerError as error:
             self._trace = error.trace
-            # A question withdrawn because the situation cleared says nothing about the reasoner.
+            # A query that was canceled because the situation cleared does not count for or against the reasoner.
             if not self._withdrawn:
                 self._asked, self._unanswered, self._why = self._asked + 1, self._unanswered + 1, str(error)
             raise
@@ -55,7 +55,7 @@ class TimedReasoner:
 
     @property
     def tokens(self) -> int:
-        """Tokens of the last answer, read and written."""
+        """Input and output tokens of the last answer."""
         trace = self._trace
         return 0 if trace is None else (trace.input_tokens or 0) + (trace.output_tokens or 0)
 
@@ -66,7 +66,7 @@ class TimedReasoner:
 
     @property
     def reliability(self) -> Reliability | None:
-        """How often it answered; None for a reasoner that depends on nothing outside."""
+        """Reliability of the reasoner; None for a reasoner without an external service."""
         if not self._asked or not isinstance(self._inner, SupportsPreflight):
             return None
         return Reliability(reasoner=self.name, asked=self._asked, unanswered=self._unanswered, why=self._why)

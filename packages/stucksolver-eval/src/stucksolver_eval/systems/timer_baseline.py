@@ -1,7 +1,8 @@
-"""The timer-based baseline: a car that has stood for too long tries one action after another, without looking.
+"""The timer-based baseline: a car that is stopped for too long tries one action after another, without perception.
 
-After 8 s at a standstill it waits, after 15 s it reverses, after 30 s it overtakes on the left, and after 60 s on the
-right; then it starts again. It does not know the cause. Only its driver's own braking prevents collisions.
+After 8 s without motion it waits, after 15 s it reverses, after 30 s it overtakes on the left, and after 60 s on the
+right; then it starts again. It has no information about the cause. Only its driver's own braking prevents collisions.
+The numbers are ours.
 """
 
 from __future__ import annotations
@@ -21,17 +22,27 @@ from stucksolver_eval.routes.route_line import RouteLine
 from stucksolver_eval.systems.system_under_test import SystemLog, TickInfo
 
 WAIT_S = 8.0
+"""Stopped time after which the car waits (s)."""
 REVERSE_S = 15.0
+"""Stopped time after which it reverses (s)."""
 LEFT_S = 30.0
+"""Stopped time after which it overtakes on the left (s)."""
 RIGHT_S = 60.0
+"""Stopped time after which it overtakes on the right (s)."""
 REVERSE_M = 5.0
+"""Length of the reverse path (m)."""
 REVERSE_MPS = 1.5
+"""Speed in reverse (m/s)."""
 OVER_M = 12.0
+"""Length of a lane change (m)."""
 BESIDE_M = 25.0
+"""Length of the path in the adjacent lane (m)."""
 OVERTAKE_MPS = 5.0
+"""Speed of overtaking (m/s)."""
 ACTION_LIMIT_S = 15.0
+"""Time limit of an action (s)."""
 GOING_M = 15.0
-"""This much new progress ends the standstill: all timers restart."""
+"""New progress that restarts all timers (m)."""
 
 Path = list[DrivePoint]
 
@@ -52,8 +63,8 @@ class TimerSystem:
         self._actions = (
             _Action(WAIT_S, "wait", list),
             _Action(REVERSE_S, "reverse", self._back, reverse=True),
-            _Action(LEFT_S, "overtake left", lambda: self._beside(-1.0)),
-            _Action(RIGHT_S, "overtake right", lambda: self._beside(1.0)),
+            _Action(LEFT_S, "overtake left", lambda: self._adjacent_path(-1.0)),
+            _Action(RIGHT_S, "overtake right", lambda: self._adjacent_path(1.0)),
         )
         self._stuck_s: float | None = None
         self._place_m = 0.0
@@ -63,7 +74,7 @@ class TimerSystem:
         self.directive: Directive | None = None
 
     def say(self, text: str) -> None:
-        """Ignore the words."""
+        """Ignore the utterance."""
 
     def step(self, now: TickInfo) -> Any:
         """Run one tick of the timers and return the driver's control."""
@@ -125,8 +136,8 @@ class TimerSystem:
         steps = range(int(REVERSE_M) + 1)
         return [DrivePoint(x - k * math.cos(yaw), y - k * math.sin(yaw), REVERSE_MPS) for k in steps]
 
-    def _beside(self, side: float) -> Path:
-        """Return a path along the route that moves over by one lane and back; `side` is 1 for right, -1 for left."""
+    def _adjacent_path(self, side: float) -> Path:
+        """Return a path along the route that changes over by one lane and back; `side` is 1 for right, -1 for left."""
         here = self._line.project(self._ego.get_location())
         start_m = float(self._line.s_m[here])
         path = []

@@ -1,4 +1,4 @@
-"""An experiment without the guard: what a reasoner would do if nobody checked its plans."""
+"""An experiment without the guard: the effect of a reasoner whose plans are not checked."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from stucksolver.scene.frenet_scene import FrenetScene
 
 
 class PermissiveGuard(Guard):
-    """Drives every plan that has a path and never aborts one. For simulators only."""
+    """Executes every plan that has a path and never aborts one. For simulators only."""
 
     def __init__(self) -> None:
         super().__init__(GuardPolicy(releases=dict.fromkeys(REGISTRY, ApprovalLevel.AUTONOMOUS)))
@@ -24,27 +24,28 @@ class PermissiveGuard(Guard):
         approvals: Approvals = NOBODY,
         stops: bool = False,
     ) -> tuple[Verdict, ProvenPlan | None]:
-        """Refuse only plans without a path."""
+        """Reject only plans without a path."""
         try:
             return OK, self.lay_out(behaviors, view, guided, approvals, stops)
         except NoPathError as error:
+            # The error becomes a reject reason.
             return no_path(error), None
 
     def allows_standing(self, behavior: Behavior, view: FrenetScene, approvals: Approvals = NOBODY) -> Verdict:
-        """Always accept: that is the purpose of this arm."""
+        """Accept always: that is the purpose of this system."""
         return OK
 
     def clear_to_hand_back(self, view: FrenetScene) -> bool:
-        """Always True."""
+        """Return True always."""
         return True
 
     def about_to_touch(self, view: FrenetScene, curvature_per_m: float) -> None:
-        """Nothing: it takes the wheel from no driver."""
+        """Return nothing: it takes control from no driver."""
 
     def recheck(self, proven: ProvenPlan, view: FrenetScene, giving_way: GivingWay = False) -> Verdict:
-        """Always accept."""
+        """Accept always."""
         return OK
 
     def recheck_way_back(self, path: FrenetPath, view: FrenetScene, giving_way: bool = False) -> Verdict:
-        """Always accept."""
+        """Accept always."""
         return OK

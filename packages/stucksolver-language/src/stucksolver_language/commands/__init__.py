@@ -1,13 +1,13 @@
-"""Commands on language models and the interpreter of words."""
+"""Commands for language models and the interpreter of utterances."""
 
 from stucksolver.commands.command_table import CliCommand
 
 COMMANDS = {
     "prompt": CliCommand(
-        "show what would be sent to a language model for a scene", "stucksolver_language.commands.prompt"
+        "print the prompt that a language model gets for a scene", "stucksolver_language.commands.prompt"
     ),
     "words": CliCommand(
-        "interpret passengers' words: JSON lines of situation and text in, readings out",
+        "interpret passengers' utterances: JSON lines of situation and text in, interpretations out",
         "stucksolver_language.commands.interpret",
     ),
 }

@@ -1,4 +1,4 @@
-"""Keys and logins of language models: what the command line says about them, before anything else sees it."""
+"""Options of the command line for keys and logins of language models. They apply before any other code reads them."""
 
 from __future__ import annotations
 
@@ -16,30 +16,30 @@ def add_send_key(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--send-key",
         action="store_true",
-        help="send OPENAI_API_KEY to the servers that openai:MODEL@BASE_URL names, also if they are not OpenAI's",
+        help="also send OPENAI_API_KEY to servers of openai:MODEL@BASE_URL that do not belong to OpenAI",
     )
     parser.set_defaults(prepare=send_key_if_wanted)
 
 
 def send_key_if_wanted(options: argparse.Namespace) -> None:
-    """Let the key go if the command line says so. Raises `UsageError` as `send_key` does."""
+    """Permit sending the key if the command line has `--send-key`. Raises `UsageError` as `send_key` does."""
     if options.send_key:
         send_key(options)
 
 
 def send_key(options: argparse.Namespace) -> None:
-    """Let the key go to the servers that the options name, here and in processes that are started here.
+    """Permit sending the key to the servers that the options name, in this process and in its child processes.
 
     Raises:
         UsageError: There is no key, or no server is named.
     """
-    # Only now: the reasoners take a while to import, and most commands need none of this.
+    # The import is late because reasoners import slowly and most commands need none.
     from stucksolver_language.llm.api_keys import KEY_VARIABLE, origin_of
     from stucksolver_language.llm.openai_api import URL_VARIABLE
 
     key = os.environ.get(KEY_VARIABLE)
     if not key:
-        raise UsageError(f"--send-key: there is no key; set {KEY_VARIABLE}")
+        raise UsageError(f"--send-key: no key. Set {KEY_VARIABLE}")
     urls = []
     for text in (var for var in vars(options).values() if isinstance(var, str)):
         for word in (part.strip() for part in text.split(",")):
@@ -47,7 +47,7 @@ def send_key(options: argparse.Namespace) -> None:
                 named = word.partition("#")[0].partition("@")[2]
                 urls.append(named or os.environ.get(URL_VARIABLE, ""))
     if not any(urls):
-        raise UsageError("--send-key: no server is named; name one as openai:MODEL@BASE_URL")
+        raise UsageError("--send-key: no server. Name one as openai:MODEL@BASE_URL")
     try:
         for url in filter(None, urls):
             add_entry(f"{origin_of(without_login(url)[0])}={key}")

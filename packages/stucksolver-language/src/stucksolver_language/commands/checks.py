@@ -1,4 +1,4 @@
-"""Checks of `stucksolver doctor` on the interpreter of words, the student and language models."""
+"""Checks of `stucksolver doctor` for the interpreter, the student and language models."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ def _words() -> Iterator[Finding]:
 
     reader = find_reader()
     if isinstance(reader, NoInterpreter):
-        yield Finding("reader of words", "absent", reader.why.split(";")[0], "install stucksolver-language again")
+        yield Finding("interpreter", "absent", reader.why.split(";")[0], "install stucksolver-language again")
         return
     try:
         reading = reader.read("please go round it", "")
     except RuntimeError as error:
-        yield Finding("reader of words", "broken", str(error), "install stucksolver again")
+        yield Finding("interpreter", "broken", str(error), "install stucksolver again")
         return
-    yield Finding("reader of words", "ok", f'{reader.name}; "please go round it" is read as {reading.description}')
+    yield Finding("interpreter", "ok", f'{reader.name}; "please go round it" is interpreted as {reading.description}')
 
 
 def _student() -> Iterator[Finding]:
@@ -48,8 +48,8 @@ def _model() -> Iterator[Finding]:
             "language model", "ok", f"{KEY_VARIABLE} is set" if key else f"{URL_VARIABLE} is {redacted(base or '')}"
         )
         return
-    remedy = f"set {KEY_VARIABLE}, or name a server of your own: --reasoner openai:MODEL@http://HOST:PORT/v1"
-    yield Finding("language model", "absent", "no key and no server; the rules need none", remedy)
+    remedy = f"set {KEY_VARIABLE}, or name your own server: --reasoner openai:MODEL@http://HOST:PORT/v1"
+    yield Finding("language model", "absent", "no key and no server; the rule-based reasoner needs neither", remedy)
 
 
 CHECKS: tuple[Check, ...] = (

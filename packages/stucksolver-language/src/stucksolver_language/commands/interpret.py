@@ -1,4 +1,4 @@
-"""`stucksolver words`: prints how a passenger's words are interpreted."""
+"""`stucksolver words`: prints the interpretation of passengers' utterances."""
 
 from __future__ import annotations
 
@@ -21,28 +21,28 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "file",
         type=Path,
         metavar="IN.jsonl",
-        help='JSON lines: {"situation": a sentence or a scene, "text": words}; - reads standard input',
+        help='JSON lines: {"situation": a sentence or a scene, "text": an utterance}; - reads standard input',
     )
 
 
 def run(options: argparse.Namespace) -> int:
-    """Print one reading per line as JSON. Returns 0. Raises `UsageError` for an invalid line."""
+    """Print one interpretation per line as JSON. Returns 0. Raises `UsageError` for an invalid line."""
     reader = find_reader()
     if isinstance(reader, NoInterpreter):
         raise UsageError(reader.why)
-    for where, said in json_lines(options.file):
-        print(_read(reader, said, where), flush=True)
+    for where, entry in json_lines(options.file):
+        print(_read(reader, entry, where), flush=True)
     return 0
 
 
-def _read(reader: Interpreter, said: dict[str, Any], where: str) -> str:
+def _read(reader: Interpreter, entry: dict[str, Any], where: str) -> str:
     try:
-        text, situation = said["text"], said.get("situation", "")
+        text, situation = entry["text"], entry.get("situation", "")
         if isinstance(situation, dict):
             situation = situation_text(Scene.model_validate(situation))
         if not isinstance(text, str) or not isinstance(situation, str):
             raise TypeError("text and situation must be strings")
     except (ValueError, KeyError, TypeError, AttributeError, ValidationError) as error:
         what = f"{type(error).__name__}: {str(error).splitlines()[0]}"
-        raise UsageError(f'{where}: {what}; a line is {{"situation": "...", "text": "..."}}') from error
+        raise UsageError(f'{where}: {what}. Expected {{"situation": "...", "text": "..."}}') from error
     return reader.read(text, situation).model_dump_json()

@@ -1,4 +1,4 @@
-"""`stucksolver prompt`: shows what would be sent to a language model for a scene."""
+"""`stucksolver prompt`: prints the prompt that a language model gets for a scene."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ def run(options: argparse.Namespace) -> int:
     scene = read_scene(options.scene)
     turns, tool = messages(scene), decide_tool(scene)
     if options.json:
-        told = [{"role": turn.role, "text": turn.text} for turn in turns]
-        print_json({"messages": told, "tool": {"name": tool.name, "parameters": tool.parameters}})
+        plain_turns = [{"role": turn.role, "text": turn.text} for turn in turns]
+        print_json({"messages": plain_turns, "tool": {"name": tool.name, "parameters": tool.parameters}})
         return 0
     print(f"prompt version {prompt_name()}")
     for turn in turns:
@@ -45,16 +45,16 @@ def read_scene(path: Path) -> Scene:
     try:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        raise UsageError(f"{path} cannot be read: {error}") from error
+        raise UsageError(f"cannot read file: {path}: {error}") from error
     found = _candidates(text)
     if not found:
-        raise UsageError(f"{path} contains no scene; give the JSON of a Scene, or a record of an intervention")
+        raise UsageError(f"no scene in file: {path}. Give the JSON of a Scene, or a record of an intervention")
     try:
         return Scene.model_validate_json(json.dumps(found[0]))
     except ValidationError as error:
         problem = error.errors()[0]
         where = ".".join(str(part) for part in problem["loc"]) or "the scene"
-        raise UsageError(f"{path} contains no valid scene: {where}: {problem['msg']}") from error
+        raise UsageError(f"invalid scene in file: {path}: {where}: {problem['msg']}") from error
 
 
 def _candidates(text: str) -> list[Any]:
@@ -68,6 +68,7 @@ def _json(text: str) -> Any:
     try:
         return read_json(text)
     except JsonError:
+        # Text that is not JSON has no candidates; the caller reports that the file has no scene.
         return None
 
 

@@ -1,4 +1,4 @@
-"""Interprets a passenger's words with a small network."""
+"""Interprets a passenger's utterances with a small network."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ PACKAGES = ("onnxruntime", "tokenizers")
 
 
 def interpreter() -> Interpreter:
-    """Return the network, which loads at its first words, or a `NoInterpreter` that says what is missing."""
+    """Return the network, which loads at its first utterance, or a `NoInterpreter` that names the missing packages."""
     missing = [name for name in PACKAGES if find_spec(name) is None]
     if missing:
         return NoInterpreter(f"{' and '.join(missing)} not installed; install stucksolver-language again")

@@ -1,4 +1,7 @@
-"""Converts the network's output to a reading: calibrated probabilities, and doubt that never moves the vehicle."""
+"""Converts the network's output to an interpretation with calibrated probabilities.
+
+An uncertain interpretation never moves the vehicle.
+"""
 
 from __future__ import annotations
 
@@ -15,34 +18,35 @@ INTENTS = tuple(GuidanceIntent)
 SIDES = (None, *Side)
 CLAIMS = tuple(Claim)
 INTENT = slice(0, len(INTENTS))
+"""Slice of the network's output: logits of the intents."""
 SIDE = slice(INTENT.stop, INTENT.stop + len(SIDES))
 NEGATED = SIDE.stop
 URGENT = NEGATED + 1
+"""Index of the logit for an urgent utterance."""
 CLAIM = slice(URGENT + 1, URGENT + 1 + len(CLAIMS))
+"""Slice of the network's output: logits of the claims."""
 LOGITS = CLAIM.stop
 """Number of outputs of the network."""
 
 
 @dataclass(frozen=True)
 class ConfidenceThresholds:
-    """The thresholds at which a reading counts, as probabilities. They are calibrated and stored in the model's
-    card.
-    """
+    """Probabilities from which an interpretation counts. They are calibrated and stored in the model's card."""
 
     temperature: float
-    """The logits of the intent are divided by it."""
+    """Divisor of the intents' logits."""
     move: float
-    """Lowest probability of a reading that moves the vehicle."""
+    """Lowest probability of an intent that moves the vehicle."""
     against: float
-    """Highest probability, besides it, of the readings that would have kept the vehicle where it is."""
+    """Highest total probability of the intents that keep the vehicle stopped, if another intent moves it."""
     stay: float
-    """Lowest probability of a reading that keeps the vehicle where it is."""
+    """Lowest probability of an intent that keeps the vehicle stopped."""
     reroute: float
-    """Lowest probability of a request for another route, which by itself begins no manoeuvre."""
+    """Lowest probability of a request for another route. Such a request alone starts no maneuver."""
 
 
 def read_fields(logits: Numbers, doubt: ConfidenceThresholds, reader: str) -> Interpretation:
-    """Return the reading for the network's output (LOGITS,)."""
+    """Return the interpretation of the network's output (LOGITS,)."""
     intents = softmax(logits[INTENT] / doubt.temperature)
     best = int(intents.argmax())
     likely, confidence = INTENTS[best], float(intents[best])

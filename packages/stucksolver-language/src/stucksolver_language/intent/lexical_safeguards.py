@@ -1,8 +1,9 @@
-"""Word lists beside the network: what may count as a yes, and what holds the vehicle.
+"""Word lists that complement the network: words that can count as a yes, and words that hold the vehicle.
 
-Sounds without meaning are no consent. With a question open, the network reads unknown words such as "hrmpf grmbl" as a
-yes. So a yes counts only if it has a word with which people agree; otherwise it is unclear, and the passenger is asked
-again. Words that hold the vehicle back count if nothing else is understood: doubt leads to waiting, never to going on.
+Sounds without meaning are no consent. While a question is open, the network takes unknown words such as "hrmpf grmbl"
+for a yes. So a yes counts only if it contains a word of agreement. Otherwise it is unclear, and the passenger gets the
+question again. Words that hold the vehicle count if the rest of the utterance is unclear: uncertainty leads to waiting,
+never to driving on.
 """
 
 from __future__ import annotations
@@ -16,9 +17,12 @@ STOP_WORDS = (
     "arr[êe]te|arr[êe]tez|attends|attendez|non|pas|doucement"  # French
 )
 STOP_SIGNS = "[停等别別慢]|不[要行能可]|小心"
-"""Chinese is written without spaces."""
+"""Stop words in Chinese, which is written without spaces."""
 SHORT = 40
-"""Characters. People call out in few words; a longer sentence that is unclear is asked back."""
+"""Longest utterance in which a stop word counts (characters).
+
+Exclamations are short; a longer unclear sentence gets a question instead. Ours.
+"""
 PUTTING_OFF = re.compile(
     r"(?<!\w)(?:wait|hold on|hang on|one moment|espera|espere|warten?|warte mal|attends|attendez)(?!\w)|等",
     re.IGNORECASE,
@@ -27,16 +31,16 @@ HALTING = re.compile(rf"(?<!\w)(?:{STOP_WORDS})(?!\w)|{STOP_SIGNS}", re.IGNORECA
 
 
 def is_stop_phrase(text: str) -> bool:
-    """True if `text` is short and has a word that holds someone back.
+    """True if `text` is short and contains a stop word.
 
-    It is used only for what the network finds unclear, and can only keep the vehicle where it is.
+    It applies only to utterances that are unclear to the network, and can only keep the vehicle stopped.
     """
-    said = text.strip().replace("\u2019", "'")
-    return len(said) <= SHORT and HALTING.search(said) is not None
+    phrase = text.strip().replace("\u2019", "'")
+    return len(phrase) <= SHORT and HALTING.search(phrase) is not None
 
 
 def puts_off(text: str) -> bool:
-    """True if `text` has a word that asks to wait, rather than one that refuses."""
+    """True if `text` contains a word that postpones, rather than one that declines."""
     return PUTTING_OFF.search(text) is not None
 
 
@@ -53,5 +57,5 @@ AGREES = re.compile(rf"(?<!\w)(?:{YES_WORDS})(?!\w)|{YES_SIGNS}", re.IGNORECASE)
 
 
 def is_meaningful_yes(text: str) -> bool:
-    """True if `text` has a word with which people agree."""
+    """True if `text` contains a word of agreement."""
     return AGREES.search(text.replace("\u2019", "'")) is not None

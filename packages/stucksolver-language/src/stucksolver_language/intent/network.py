@@ -1,4 +1,4 @@
-"""The network that reads words: word pieces from `tokenizers`, an encoder in onnxruntime, all on one CPU core.
+"""The network that interprets utterances: word pieces from `tokenizers` and an encoder in onnxruntime, on one CPU core.
 
 The weights are part of this package; nothing is downloaded. docs/words.md is the model card.
 """
@@ -25,17 +25,20 @@ from stucksolver_language.intent.tokenization import encoded
 
 DATA = Path(__file__).with_name("data")
 THREADS = 1
-"""A second thread would wait in a busy loop and slow everything down if the cores have other work."""
+"""Threads of onnxruntime. A second thread would spin while it waits, and slow down other work on the cores."""
 LAWFUL_MPS = 50 / 3.6
-"""Up to this speed nothing is unlawful for its number alone (m/s): the usual limit in towns."""
+"""Speed up to which no number alone makes a request unlawful (m/s): the usual limit in towns."""
 
 
 class InterpreterError(RuntimeError):
-    """The reader's files cannot be used. The message names the file and the remedy."""
+    """The interpreter's files cannot be used. The message names the file and the remedy."""
 
 
 class NetworkInterpreter:
-    """Loads itself at the first words (a third of a second); each reading then takes some tens of milliseconds."""
+    """Loads its weights at the first utterance (a third of a second).
+
+    Each interpretation then takes some tens of ms.
+    """
 
     def __init__(self, folder: Path = DATA, threads: int = THREADS) -> None:
         self._folder, self._threads = folder, threads
@@ -46,7 +49,7 @@ class NetworkInterpreter:
         """Version, calibration and thresholds.
 
         Raises:
-            ReaderError: The card cannot be read.
+            InterpreterError: The card cannot be read.
         """
         try:
             card = json.loads((self._folder / "card.json").read_text(encoding="utf-8"))
@@ -61,21 +64,22 @@ class NetworkInterpreter:
         return f"words-{self.card['version']}"
 
     def read(self, text: str, situation: str) -> Interpretation:
-        """Return what `text` asks for.
+        """Return the interpretation of `text`.
 
         Args:
-            text: The passenger's words.
+            text: The passenger's utterance.
             situation: What the vehicle is doing, and its open question.
 
         Raises:
-            ReaderError: The weights cannot be loaded.
+            InterpreterError: The weights cannot be loaded.
         """
         amounts = read_amounts(text)
         reading = self._read(text, situation)
         if amounts.rest not in ("", text) and (
             reading.intent is GuidanceIntent.UNCLEAR or _slow_enough(reading, amounts)
         ):
-            # "Overtake them at 20 km/h" asks for the same as "overtake them", of which the network is surer.
+            # "Overtake them at 20 km/h" has the same intent as "overtake them", for which the network gives a
+            # higher probability.
             shorter = self._read(amounts.rest, situation)
             reading = shorter if shorter.intent in REQUESTS else reading
         reading = restrained(reading, text)
@@ -92,7 +96,8 @@ class NetworkInterpreter:
                 return reading
         reading = read_fields(self.logits(text, situation), self._doubt, self.name)
         if reading.intent is GuidanceIntent.NO and Claim.RETURNING_SOON in reading.claims and puts_off(text):
-            # "Wait, the driver is coming back" postpones an open question; a no would bar its plan for good.
+            # "Wait, the driver is coming back" postpones an open question. As a no it would exclude the
+            # plan permanently.
             return reading.model_copy(update={"intent": GuidanceIntent.WAIT})
         if reading.intent is GuidanceIntent.YES and not is_meaningful_yes(text):
             return reading.model_copy(update={"intent": GuidanceIntent.UNCLEAR})
@@ -123,14 +128,20 @@ class NetworkInterpreter:
 
 
 def _slow_enough(reading: Interpretation, amounts: Quantities) -> bool:
-    """True if words with a low speed were found unlawful: the network takes some numbers with km/h for speeding."""
+    """True if an utterance with a low speed was classified as unlawful.
+
+    The network takes some numbers with km/h for speeding.
+    """
     speed_mps = None if amounts.limits is None else amounts.limits.speed_mps
     return reading.intent is GuidanceIntent.UNLAWFUL and speed_mps is not None and speed_mps <= LAWFUL_MPS
 
 
 @lru_cache(maxsize=2)
 def _loaded(folder: Path, threads: int) -> tuple[Any, Any, Any, Any]:
-    """Return the tokenizer, the vectors with their scales, and the network: once for all readers of a process."""
+    """Return the tokenizer, the vectors with their scales, and the network.
+
+    All interpreters of a process share them.
+    """
     import onnxruntime
     from tokenizers import Tokenizer
 
@@ -147,7 +158,7 @@ def _loaded(folder: Path, threads: int) -> tuple[Any, Any, Any, Any]:
         )
     except Exception as error:
         raise InterpreterError(
-            f"{folder}: the reader's weights cannot be loaded: {error}; install stucksolver again"
+            f"{folder}: the interpreter's weights cannot be loaded: {error}; install stucksolver again"
         ) from error
     return tokenizer, table, scale, session
 
@@ -157,7 +168,7 @@ def unpacked(table: NDArray[np.uint8], scale: Numbers, ids: Sequence[int] | NDAr
     row.
     """
     pairs = table[ids].view(np.int8)
-    # The low half of a byte comes first; shifting it up and down again keeps its sign.
+    # The low half of a byte comes first. Shifting it up and down again extends its sign.
     halves = np.stack((np.left_shift(pairs, 4) >> 4, pairs >> 4), axis=-1)
     blocks = halves.reshape(len(ids), scale.shape[1], -1)
     result: Numbers = (blocks * scale[ids][..., None]).reshape(len(ids), -1).astype(np.float32)

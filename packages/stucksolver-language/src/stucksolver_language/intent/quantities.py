@@ -1,8 +1,8 @@
-"""Reads how far, how fast and how long from a passenger's words: "three metres", "not faster than 10 km/h", "slowly".
+"""Extracts distance, speed and time from a passenger's utterance: "three meters", "not faster than 10 km/h", "slowly".
 
-The network does not read numbers, so this grammar does. It reads an amount only where the words before it say that the
-vehicle should drive so far or wait so long; "a lorry 50 metres ahead" is no distance to drive. A speed is always an
-upper limit. What is not understood here is left out: a plan then has the parameters that it would have had anyway.
+The network does not interpret numbers, so this grammar does. A quantity counts only if the words before it ask the
+vehicle to drive that distance or wait that time; "a truck 50 meters ahead" is no distance to drive. A speed is always
+an upper limit. Unmatched quantities are ignored: the plan then has its usual parameters.
 """
 
 from __future__ import annotations
@@ -39,6 +39,7 @@ WORDS: dict[str, float] = {
 HANZI = {c: float(n) for n, c in enumerate("一二三四五六七八九", 1)} | {"两": 2.0, "半": 0.5}
 
 MILE_M, FOOT_M, YARD_M = 1609.344, 0.3048, 0.9144
+"""Units of length (m), by the international definition of 1959."""
 SPEEDS = (
     (r"km ?/ ?h|kmh|kph|k\.?p\.?h|kilomet(?:er|re)s? (?:an|per) hour|stundenkilometer|kilometer (?:pro|in der) stunde|"
      r"kilomètres?(?: à l'|[- /])heure|kilómetros? por hora|公里每小时", 1 / 3.6),
@@ -56,9 +57,9 @@ TIMES = (
     (r"seconds?|secs?|sekunden?|secondes?|segundos?|s|秒", 1.0),
 )
 KINDS = {"speed": SPEEDS, "distance": DISTANCES, "time": TIMES}
-"""In this order: "metres per second" is a speed. Each unit with its size in m/s, m or s."""
+"""Kinds of quantities, each unit with its size in m/s, m or s. Speed comes first because of "meters per second"."""
 LARGEST = {"speed": 40.0, "distance": 200.0, "time": 600.0}
-"""An amount beyond this is taken for a mistake and left out (m/s, m, s)."""
+"""Largest plausible quantity by kind (m/s, m, s). A larger one counts as a recognition error and is ignored. Ours."""
 
 _UNITS = "|".join(f"(?P<{kind}{k}>{unit})" for kind, units in KINDS.items() for k, (unit, _) in enumerate(units))
 _SPOKEN = "|".join(sorted(map(re.escape, WORDS), key=len, reverse=True))
@@ -72,7 +73,7 @@ AMOUNT = re.compile(
 )
 
 CONDITION = re.compile(r"(?<!\w)(?:if|when|unless|until|till|wenn|falls|bis|si|quand|cuando|hasta)(?!\w)", re.I)
-"""A sentence with a condition may speak of another speed or time than the vehicle's own."""
+"""A sentence with a condition may give a speed or time of something other than the vehicle."""
 FASTER = re.compile(
     r"(?:faster|quicker|more|over|above|exceed\w*|at least|min(?:imum)?|mindestens)\b[^,.;]{0,12}$", re.I
 )
@@ -82,7 +83,7 @@ OTHERS = re.compile(
     r"(?:\w+s|go|drive|do|move|crawl|ride)\b)[^,.;]{0,20}$",
     re.I,
 )
-"""Someone else has this speed, or the road."""
+"""The speed belongs to another road user, or to the road."""
 
 _FILLER = (
     r"(?:\s|[-:]|\b(?:by|for|about|around|roughly|some|just|only|another|at|most|max|maximum|up|to|no|not|more|further|"
@@ -116,7 +117,7 @@ PAST = re.compile(r"\b(?:been|have|has|had|was|were|since|already|seit|schon|dep
 IDLE = re.compile(r"^(?:ago|already|late)\b", re.I)
 
 SLOW_MPS, WALKING_MPS = 2.8, 1.5
-"""What "slowly" and "at walking pace" limit the speed to: 10 and 5 km/h."""
+"""Speed limits for "slowly" and "at walking pace" (m/s): 10 and 5 km/h. Ours."""
 WALKING = re.compile(
     r"(?:walking|snail'?s) (?:pace|speed)|a crawl\b|(?:dead|super|very|really|ever so|extra) slow(?:ly)?\b|"
     r"as slow(?:ly)? as (?:you can|possible)|schritt(?:tempo|geschwindigkeit)|ganz langsam|au pas\b|très lentement|"
@@ -146,11 +147,12 @@ LEAD_OUT = re.compile(r"^\s*(?:,?\s*(?:max(?:imum)?|at most|tops|or less|or slow
 
 @dataclass(frozen=True)
 class Quantities:
-    """What was said about how far, how fast and how long, and the words without speed and distance.
+    """Quantities in an utterance, and the utterance without its speed and distance.
 
     Attributes:
-        limits: None if nothing was said.
-        rest: For the network, which is less sure of a request with a number in it. Equal to the words if there is none.
+        limits: None if the utterance has no quantities.
+        rest: Text for the network, which is less certain about a request with a number in it. It equals the utterance
+            if there is no number.
     """
 
     limits: GuidanceLimits | None
@@ -158,19 +160,19 @@ class Quantities:
 
 
 def read_amounts(text: str) -> Quantities:
-    """Return the amounts in a passenger's words.
+    """Return the quantities in a passenger's utterance.
 
     Args:
-        text: The words, in English, German, French, Spanish or Chinese.
+        text: The utterance, in English, German, French, Spanish or Chinese.
     """
-    said = text.replace("\u2019", "'")
+    utterance = text.replace("\u2019", "'")
     found: dict[str, float] = {}
     cuts: list[tuple[int, int]] = []
-    for kind, value, start, end in _amounts(said):
+    for kind, value, start, end in _amounts(utterance):
         found[kind] = min(found.get(kind, value), value)
         if kind != "time":
-            cuts.append((_lead(said, start), end + len(LEAD_OUT.match(said[end:])[0])))  # type: ignore[index]
-    slow = _slow_mps(said)
+            cuts.append((_lead(utterance, start), end + len(LEAD_OUT.match(utterance[end:])[0])))  # type: ignore[index]
+    slow = _slow_mps(utterance)
     if slow is not None:
         found.setdefault("speed", slow)
     if not found:
@@ -180,13 +182,13 @@ def read_amounts(text: str) -> Quantities:
         speed_mps=_rounded(found.get("speed")),
         wait_s=_rounded(found.get("time")),
     )
-    return Quantities(limits, _without(said, cuts) if cuts else text)
+    return Quantities(limits, _without(utterance, cuts) if cuts else text)
 
 
-def _amounts(said: str) -> Iterator[tuple[str, float, int, int]]:
-    """Yield each amount that is meant for the vehicle: its kind, its value (SI), and where it stands in the words."""
-    for match in AMOUNT.finditer(said):
-        before, after = _clause(said, match.start(), match.end())
+def _amounts(utterance: str) -> Iterator[tuple[str, float, int, int]]:
+    """Yield each quantity that applies to the vehicle: its kind, its value (SI), and its start and end in the text."""
+    for match in AMOUNT.finditer(utterance):
+        before, after = _clause(utterance, match.start(), match.end())
         unit = next(name for name, text in match.groupdict().items() if name[-1].isdigit() and text is not None)
         kind, factor = unit[:-1], KINDS[unit[:-1]][int(unit[-1])][1]
         number = match["number"].lower()
@@ -197,10 +199,10 @@ def _amounts(said: str) -> Iterator[tuple[str, float, int, int]]:
             yield kind, value, match.start(), match.end()
 
 
-def _clause(said: str, start: int, end: int) -> tuple[str, str]:
-    """Return what stands before and after a place in its sentence."""
-    stops = [m.end() for m in re.finditer(r"[.!?;。！？](?!\d)", said) if m.end() <= start]
-    return said[max(stops, default=0) : start], said[end:]
+def _clause(utterance: str, start: int, end: int) -> tuple[str, str]:
+    """Return the text before and after a span, up to the borders of its sentence."""
+    stops = [m.end() for m in re.finditer(r"[.!?;。！？](?!\d)", utterance) if m.end() <= start]
+    return utterance[max(stops, default=0) : start], utterance[end:]
 
 
 def _is_limit(before: str, after: str) -> bool:
@@ -224,14 +226,18 @@ def _is_waited(before: str, after: str) -> bool:
 
 
 def _at_length(before: str, value_s: float) -> bool:
-    """True if "a minute" is meant as such. "Wait a minute" and "for a second" only mean a while."""
+    """True if "a minute" is a duration. "Wait a minute" and "for a second" only mean a short while."""
     return value_s >= 60.0 and re.search(r"\b(?:for|another)\s+(?:just |about )?$", before, re.I) is not None
 
 
-def _slow_mps(said: str) -> float | None:
+def _slow_mps(utterance: str) -> float | None:
     for pattern, speed_mps in ((WALKING, WALKING_MPS), (SLOWLY, SLOW_MPS)):
-        match = pattern.search(said)
-        if match is not None and NOT_SLOW.search(said[: match.start()]) is None and not CONDITION.search(said):
+        match = pattern.search(utterance)
+        if (
+            match is not None
+            and NOT_SLOW.search(utterance[: match.start()]) is None
+            and not CONDITION.search(utterance)
+        ):
             return speed_mps
     return None
 
@@ -259,17 +265,17 @@ def _hanzi(word: str) -> float:
     return total + digit
 
 
-def _lead(said: str, start: int) -> int:
-    match = LEAD_IN.search(said[:start])
+def _lead(utterance: str, start: int) -> int:
+    match = LEAD_IN.search(utterance[:start])
     return start if match is None else match.start()
 
 
-def _without(said: str, cuts: list[tuple[int, int]]) -> str:
-    kept, at = [], 0
+def _without(utterance: str, cuts: list[tuple[int, int]]) -> str:
+    pieces, at = [], 0
     for start, end in cuts:
-        kept.append(said[at:start])
+        pieces.append(utterance[at:start])
         at = end
-    return re.sub(r"\s+(?=[.,;!?])|(?<=\s)\s+", "", " ".join([*kept, said[at:]])).strip(" ,")
+    return re.sub(r"\s+(?=[.,;!?])|(?<=\s)\s+", "", " ".join([*pieces, utterance[at:]])).strip(" ,")
 
 
 def _rounded(value: float | None) -> float | None:

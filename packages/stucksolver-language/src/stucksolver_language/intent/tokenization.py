@@ -1,4 +1,4 @@
-"""Encodes words and their situation as word pieces, the same way in training and in the vehicle."""
+"""Encodes an utterance and its situation as word pieces, identically in training and in the vehicle."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ if TYPE_CHECKING:
     from tokenizers import Tokenizer
 
 MAX_TOKENS = 128
-"""Longer input is cut: the situation first, then the end of the words."""
+"""Longest input of the network (tokens). Longer input is cut: first the situation, then the end of the utterance."""
 FIRST = 101
 """Id of [CLS]."""
 LAST = 102
 """Id of [SEP]."""
 SITUATION_TOKENS = 44
-"""At most this much of the situation is kept, from its end, where the vehicle's question is."""
+"""Maximum number of tokens of the situation. Its end is used, because that contains the vehicle's question. Ours."""
 
 
 def encoded(tokenizer: Tokenizer, situation: str, text: str) -> tuple[list[int], list[int]]:
-    """Return the ids, and for each 1 if it belongs to the words or 0 if to the situation.
+    """Return the ids, and for each id 1 if it belongs to the utterance or 0 if it belongs to the situation.
 
-    The order is [CLS] situation [SEP] words [SEP].
+    The order is [CLS] situation [SEP] utterance [SEP].
     """
     scene = tokenizer.encode(situation, add_special_tokens=False).ids[-SITUATION_TOKENS:]
     words = tokenizer.encode(text, add_special_tokens=False).ids[: MAX_TOKENS - 3 - len(scene)]

@@ -1,4 +1,4 @@
-"""A general language model as a reasoner: prompt, chain of thought and function calling, zero-shot."""
+"""A general language model as a reasoner: prompt, chain of thought and function call, without training examples."""
 
 from stucksolver_language.llm.answer_parser import AnswerError, parse_answer
 from stucksolver_language.llm.chat import (

@@ -1,4 +1,4 @@
-"""Reads a model's answer: tolerant about text around the JSON, strict about the JSON itself."""
+"""Parses a model's answer: tolerant of text around the JSON, strict about the JSON itself."""
 
 from __future__ import annotations
 
@@ -32,15 +32,17 @@ from stucksolver_language.llm.offered_behaviors import available
 from stucksolver_language.llm.tool_schema import MOST_BEHAVIORS, MOST_CONTROLS, MOST_PARTICIPANTS, steps_of
 
 FORMAT = "llm-decide-2"
-"""Version of recorded answers; increased when an answer that was valid before can no longer be read."""
+"""Version of recorded answers. It increases when an answer that was valid before can no longer be parsed."""
 FORMAT_1 = "llm-decide-1"
-"""The version before the answers to the chain's questions were compared with its conclusion."""
+"""The version before the parser compared the answers to the chain's questions with its conclusion."""
 MOST_CHARACTERS = 40_000
+"""Longest answer that is parsed (characters). Ours: about 25 times a normal answer."""
 MOST_ERRORS = 3
+"""Maximum number of errors in the message for the model. Ours."""
 
 
 class AnswerError(ReasonerError):
-    """An answer that is not a decision about this scene. The message can be quoted to the model."""
+    """The answer is not a decision about this scene. The message can be quoted to the model."""
 
 
 class _Step(FrozenModel):
@@ -98,7 +100,7 @@ def parse_answer(text: str, scene: Scene, *, chain: bool = True) -> Decision:
 
     Args:
         text: The model's answer.
-        scene: The scene that it is about.
+        scene: The scene to which the answer belongs.
         chain: Compare the answers to the questions S2.1 to S2.5 with the conclusion.
 
     Raises:
@@ -120,10 +122,10 @@ def parse_answer(text: str, scene: Scene, *, chain: bool = True) -> Decision:
 
 
 def parse_plan(text: str, scene: Scene) -> RecoveryPlan:
-    """Parse the plan in a question to the guard.
+    """Parse the plan in a query to the guard.
 
     Raises:
-        AnswerError: The text holds no plan for this scene.
+        AnswerError: The text contains no plan for this scene.
     """
     behaviors = _read(_PlanQuestion, text).behaviors
     wrong = _wrong_behaviors(behaviors, scene)
@@ -155,7 +157,7 @@ def _worded(error: Any) -> str:
     return f"{where}: {error['msg']}" if where else str(error["msg"])
 
 
-# ---- does it fit the scene?
+# ---- comparison with the scene
 
 
 def _wrong_steps(analysis: _Analysis, scene: Scene) -> list[str]:
@@ -198,7 +200,7 @@ def _contradictions(answer: _Answer, scene: Scene) -> list[str]:
     return wrong
 
 
-# ---- to the decision's own type
+# ---- conversion to a decision
 
 
 def _decision(answer: _Answer, scene: Scene) -> Decision:
@@ -216,41 +218,48 @@ def _decision(answer: _Answer, scene: Scene) -> Decision:
     )
 
 
-def _observation(seen: _Observation, scene: Scene) -> Observation:
-    """Return the observation with measured distances: the model is not asked for numbers that are known."""
+def _observation(observed: _Observation, scene: Scene) -> Observation:
+    """Return the observation with measured distances. The model does not estimate numbers that are measured."""
     by_id = {o.id: o for o in scene.objects}
     return Observation(
         controls=tuple(
             ObservedControl(kind=c.kind, state=c.state, applies=c.applies, distance_m=_distance(c, scene.controls))
-            for c in seen.controls
+            for c in observed.controls
         ),
-        participants=tuple(_participant(p, by_id[p.object_id]) for p in seen.participants),
-        summary=seen.summary,
+        participants=tuple(_participant(p, by_id[p.object_id]) for p in observed.participants),
+        summary=observed.summary,
     )
 
 
-def _participant(seen: _Participant, measured: SceneObject) -> Participant:
+def _participant(observed: _Participant, measured: SceneObject) -> Participant:
     return Participant(
-        object_id=seen.object_id, kind=seen.kind, lane=seen.lane, distance_m=measured.gap_m, intent=seen.intent
+        object_id=observed.object_id,
+        kind=observed.kind,
+        lane=observed.lane,
+        distance_m=measured.gap_m,
+        intent=observed.intent,
     )
 
 
-def _distance(seen: _Control, measured: tuple[TrafficControl, ...]) -> float | None:
-    return next((c.distance_m for c in measured if c.kind is seen.kind), None)
+def _distance(observed: _Control, measured: tuple[TrafficControl, ...]) -> float | None:
+    return next((c.distance_m for c in measured if c.kind is observed.kind), None)
 
 
-def _analysis(said: _Analysis, scene: Scene) -> Analysis:
+def _analysis(analyzed: _Analysis, scene: Scene) -> Analysis:
     steps = tuple(
         AnalysisStep(
-            id=name, question=QUESTIONS[name], answer=said.steps[name].answer, evidence=said.steps[name].evidence
+            id=name,
+            question=QUESTIONS[name],
+            answer=analyzed.steps[name].answer,
+            evidence=analyzed.steps[name].evidence,
         )
         for name in steps_of(scene)
     )
     return Analysis(
         steps=steps,
-        immobilized=said.immobilized,
-        cause=said.cause,
-        wait=said.wait,
-        guidance_intent=said.guidance_intent,
-        reason=said.reason,
+        immobilized=analyzed.immobilized,
+        cause=analyzed.cause,
+        wait=analyzed.wait,
+        guidance_intent=analyzed.guidance_intent,
+        reason=analyzed.reason,
     )

@@ -1,7 +1,7 @@
-"""Which key goes to which server: OpenAI's to OpenAI only, and another key only where the user says so.
+"""Selects the key for each server: OpenAI's key for OpenAI only, and another key only where the user configures it.
 
-The base URL may come from a configuration file in a folder that somebody else wrote. So a key is bound to the servers
-that the user names in the environment, and never follows the URL.
+The base URL may come from a configuration file in a folder of another author. So a key is bound to the servers that the
+user names in the environment, and never follows the URL.
 """
 
 from __future__ import annotations
@@ -20,13 +20,14 @@ KEY_VARIABLE = "OPENAI_API_KEY"
 AZURE_KEY_VARIABLE = "AZURE_OPENAI_API_KEY"
 OPENAI_HOST = "api.openai.com"
 AZURE_DOMAINS = (".openai.azure.com", ".cognitiveservices.azure.com", ".services.ai.azure.com")
-"""Microsoft's own servers. Other names below azure.com belong to whoever rents a machine there."""
+"""Domains of Microsoft's own servers. Other names below azure.com belong to customers with rented machines."""
 DEPLOYMENT = "/openai/deployments/"
 USUAL_PORTS = {"http": 80, "https": 443}
+"""Default ports of HTTP and HTTPS."""
 HOST = re.compile(r"(?:[a-z0-9](?:[a-z0-9_.-]*[a-z0-9])?|[0-9a-f:.]+)")
-"""Valid hosts. Characters that one parser of URLs ends the host at and another does not are not among them."""
+"""Valid hosts. The pattern excludes characters at which some URL parsers end the host and others do not."""
 LEAST_SECRET = 4
-"""Shorter texts are not searched for: they occur by chance."""
+"""Shortest secret that is searched for in texts (characters). Shorter ones occur by chance. Ours."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +44,7 @@ class Origin:
 
     @property
     def is_private(self) -> bool:
-        """True if nobody on the way can read what is sent: HTTPS, or this machine."""
+        """True if the connection cannot be read on the network: HTTPS, or this machine."""
         return self.scheme == "https" or self.is_here
 
     @property
@@ -52,18 +53,19 @@ class Origin:
         try:
             return ipaddress.ip_address(self.host).is_loopback
         except ValueError:
+            # Not an IP address, so a name.
             return self.host == "localhost"
 
 
 @dataclass(frozen=True)
 class Credentials:
-    """What is sent to a server besides requests. The representation hides it.
+    """Credentials for a server. The representation hides them.
 
     Attributes:
         headers: HTTP headers with the key.
         secrets: Texts that no message may contain.
-        note: What a person should know of it; None if there is nothing to know.
-        ours: True for OpenAI's own servers, which also get the organization that the environment names.
+        note: Information for the user about the credentials, or None.
+        ours: True for OpenAI's own servers, which also get the organization from the environment.
     """
 
     headers: Mapping[str, str] = field(repr=False)
@@ -76,9 +78,9 @@ def origin_of(url: str) -> Origin:
     """Return the server of a URL.
 
     Raises:
-        ValueError: It is not the address of a server. The message has no credentials.
+        ValueError: The URL has no valid server. The message contains no credentials.
     """
-    wrong = ValueError(f"{shown_address(url)!r} is not an address; give one such as http://127.0.0.1:8000/v1")
+    wrong = ValueError(f"not an address: {shown_address(url)!r}. Give one such as http://127.0.0.1:8000/v1")
     if any(c.isspace() or not c.isprintable() for c in url):
         raise wrong
     try:
@@ -92,30 +94,30 @@ def origin_of(url: str) -> Origin:
 
 
 def is_azure_host(host: str) -> bool:
-    """True for Microsoft's own servers of models."""
+    """True for Microsoft's own model servers."""
     return host.endswith(AZURE_DOMAINS)
 
 
 def credentials_for(url: str | None, login: str | None = None) -> Credentials:
-    """Return what is sent to a server.
+    """Return the credentials for a server.
 
     Args:
-        url: Its address without credentials; None for OpenAI's own.
+        url: Address of the server without credentials; None for OpenAI's.
         login: `USER:PASSWORD` of the URL, if it had one.
 
     Raises:
-        ValueError: The variable with the keys cannot be read.
+        ValueError: The variable with the keys cannot be parsed.
     """
     origin = Origin("https", OPENAI_HOST, 443) if url is None else origin_of(url)
     deployment = url is not None and DEPLOYMENT in urlsplit(url).path
     ours = origin.scheme == "https" and (origin.host == OPENAI_HOST or origin.host.endswith(f".{OPENAI_HOST}"))
     named = login or _named(origin)
     if named is not None:
-        sent, what = named, f"the login or key that its address or {KEYS_VARIABLE} names"
+        sent, what = named, f"the login or key from its address or {KEYS_VARIABLE}"
         if named == os.environ.get(KEY_VARIABLE):
             what = KEY_VARIABLE
         where = "" if origin.is_private else " in clear text, over plain HTTP"
-        note = None if ours else f"is sent {what}{where}"
+        note = None if ours else f"gets {what}{where}"
         return Credentials(_headers(sent, login is not None or _is_login(origin), deployment), _forms(sent), note, ours)
     variable = AZURE_KEY_VARIABLE if origin.scheme == "https" and is_azure_host(origin.host) else KEY_VARIABLE
     key = os.environ.get(variable)
@@ -134,18 +136,18 @@ def secrets_here() -> tuple[str, ...]:
 
 
 def _withheld(origin: Origin) -> str | None:
-    """Return what to tell of a key that is not sent; None if there is none."""
+    """Return a note about a key that is not sent; None if there is no such key."""
     for name in (KEY_VARIABLE, AZURE_KEY_VARIABLE):
         if os.environ.get(name):
             return (
-                f"is sent no key: {name} goes to its own servers only, over HTTPS; --send-key sends {KEY_VARIABLE} "
-                f"here as well, and {KEYS_VARIABLE}='{origin}=KEY' another key"
+                f"gets no key: {name} goes to its own servers only, over HTTPS; --send-key also sends {KEY_VARIABLE} "
+                f"here, and {KEYS_VARIABLE}='{origin}=KEY' sends another key"
             )
     return None
 
 
 def _named(origin: Origin) -> str | None:
-    """Return the key or login that the environment names for a server."""
+    """Return the key or login for a server from the environment, or None."""
     return next((value for where, value, _ in _entries() if _fits(where, origin)), None)
 
 
@@ -154,7 +156,7 @@ def _is_login(origin: Origin) -> bool:
 
 
 def _entries() -> list[tuple[str, str, bool]]:
-    """Return server, secret and whether it is a login, for each entry of the variable.
+    """Return the server, the secret and whether the secret is a login, for each entry of the variable.
 
     Raises:
         ValueError: An entry is not valid. The message does not contain it.
@@ -166,9 +168,10 @@ def _entries() -> list[tuple[str, str, bool]]:
         try:
             origin_of(where if "://" in where else f"https://{where}")
         except ValueError:
+            # The check below reports the entry by its number, because its text may contain a secret.
             key = ""
         if not key:
-            raise ValueError(f"{KEYS_VARIABLE}: entry {number} is not HOST=KEY, such as api.example.com=abc")
+            raise ValueError(f"{KEYS_VARIABLE}: entry {number} must be HOST=KEY, such as api.example.com=abc")
         found.append((where, key, login is not None))
     return found
 
@@ -194,7 +197,10 @@ def _basic(login: str) -> str:
 
 
 def _forms(secret: str) -> tuple[str, ...]:
-    """Return the forms in which a server may repeat a secret, the longest first."""
+    """Return the forms in which a server may repeat a secret.
+
+    The longest comes first, so that no part of it remains.
+    """
     parts = {secret, unquote(secret), *secret.split(":", 1), *map(unquote, secret.split(":", 1)), _basic(secret)}
     parts |= {quote(part, safe="") for part in parts} | {base64.b64encode(part.encode()).decode() for part in parts}
     return tuple(sorted((part for part in parts if len(part) >= LEAST_SECRET), key=len, reverse=True))

@@ -1,4 +1,4 @@
-"""What a server and its model support: first guessed from their names, then learnt from their answers."""
+"""Features of a server and its model: guessed from their names first, then corrected from the server's answers."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from stucksolver_language.llm.api_keys import DEPLOYMENT, is_azure_host
 MOST_TOKENS = 1900
 """Limit of an answer (tokens). A normal one takes 300 to 700; one that fills every list and text takes 1,400."""
 THINKING_TOKENS = 8000
-"""The same for a reasoning model, whose thoughts count towards the limit."""
+"""The same limit for a reasoning model, whose thoughts count as tokens of the answer. Ours."""
 Effort = Literal["none", "minimal", "low", "medium", "high"]
 REASONING = re.compile(r"(?:^|/)(?:o\d|gpt-[5-9](?!.*chat))")
 """OpenAI's reasoning models by name: they accept neither `temperature` nor `max_tokens`."""
@@ -30,17 +30,20 @@ class Dialect(Enum):
 
 OPENAI_ORDER = (Dialect.STRICT_TOOL, Dialect.TOOL, Dialect.JSON_SCHEMA, Dialect.PROSE)
 OTHERS_ORDER = (Dialect.JSON_SCHEMA, Dialect.TOOL, Dialect.PROSE)
-"""llama.cpp and Ollama treat a named function as a suggestion but follow a schema; vLLM follows both."""
+"""Order for other servers.
+
+The servers llama.cpp and Ollama treat a named function as a suggestion but follow a schema; vLLM follows both.
+"""
 ANTHROPIC_ORDER = (Dialect.TOOL, Dialect.PROSE)
-"""Anthropic's compatible endpoint documents that it ignores a response format."""
+"""Order for Anthropic's compatible endpoint. Its documentation says that it ignores a response format."""
 
 
 @dataclass(frozen=True)
 class ModelOptions:
-    """What a user may set for a model with `#NAME=VALUE` after its name; None means automatic."""
+    """Options that a user may set for a model with `#NAME=VALUE` after its name. None means automatic."""
 
     pictures: bool = True
-    """Send the camera's image. If False, it is not rendered either."""
+    """Send the camera's image. If False, the image is not rendered either."""
     effort: Effort | None = None
     """`reasoning_effort`, for a reasoning model."""
     tokens: int | None = None
@@ -56,7 +59,7 @@ def parse_options(texts: list[str]) -> ModelOptions:
     """Parse options from `NAME=VALUE` texts.
 
     Raises:
-        ValueError: An option is unknown or its value is wrong.
+        ValueError: An option is unknown or its value is invalid.
     """
     options = ModelOptions()
     for text in texts:
@@ -64,7 +67,7 @@ def parse_options(texts: list[str]) -> ModelOptions:
         try:
             options = replace(options, **_OPTIONS[name](value))
         except (KeyError, ValueError) as error:
-            raise ValueError(f"unknown option #{text}: use {OPTIONS_HELP}") from error
+            raise ValueError(f"unknown option: #{text}. Use {OPTIONS_HELP}") from error
     return options
 
 
@@ -91,10 +94,10 @@ _OPTIONS: dict[str, Any] = {
 
 @dataclass
 class ServerCapabilities:
-    """What is currently sent. Each feature is dropped at most once, so dropping features ends."""
+    """Features that requests use now. Each feature is dropped at most once, so the number of retries is bounded."""
 
     dialects: tuple[Dialect, ...]
-    """The dialects that are left; the first one is used."""
+    """Remaining dialects. The first one is in use."""
     pictures: bool = True
     temperature: bool = True
     token_field: Literal["max_tokens", "max_completion_tokens"] = "max_tokens"
@@ -105,7 +108,7 @@ class ServerCapabilities:
     strict_subset: bool = False
     """True if a schema must stay within the subset of OpenAI's strict mode."""
     notes: list[str] = field(default_factory=list)
-    """What was dropped and why, for people."""
+    """Dropped features with the reason, for the user."""
     _renamed: bool = False
 
     @property
@@ -117,28 +120,28 @@ class ServerCapabilities:
         """Switch to the next dialect; False if there is none."""
         if len(self.dialects) == 1:
             return False
-        self._note(f"asks by {self.dialects[1].value} instead of {self.dialects[0].value}", why)
+        self._note(f"uses {self.dialects[1].value} instead of {self.dialects[0].value}", why)
         self.dialects = self.dialects[1:]
         return True
 
-    def learn(self, said: str, parameter: str | None, request: dict[str, Any]) -> bool:
-        """Drop what a refusal names. True if it had been sent, so that asking again makes sense.
+    def learn(self, message: str, parameter: str | None, request: dict[str, Any]) -> bool:
+        """Drop the features that a rejection names. True if the request had one of them, so that a retry makes sense.
 
         Args:
-            said: The server's message.
+            message: The server's message.
             parameter: The field that the server names, if any.
-            request: The request that was refused.
+            request: The rejected request.
         """
-        if self.pictures and _has_picture(request) and _speaks_of_pictures(said):
+        if self.pictures and _has_picture(request) and _rejects_pictures(message):
             self.pictures = False
-            self._note("sends no pictures", said)
+            self._note("omits pictures", message)
             return True
-        names = [parameter, *re.findall(r"[a-z_]+", said.lower())]
+        names = [parameter, *re.findall(r"[a-z_]+", message.lower())]
         for name in names:
             if name in request and name in _PARAMETERS and self._give_up(str(name)):
-                self._note(f"sends no {name}", said)
+                self._note(f"omits {name}", message)
                 return True
-        return any(word in said.lower() for word in _OF_DIALECTS) and self.step_down(said)
+        return any(word in message.lower() for word in _OF_DIALECTS) and self.step_down(message)
 
     def _give_up(self, name: str) -> bool:
         if name == "temperature":
@@ -163,7 +166,7 @@ _OF_DIALECTS = ("tool", "function", "strict", "schema", "response_format", "guid
 
 
 def capabilities_of(model: str, base_url: str | None, options: ModelOptions) -> ServerCapabilities:
-    """Return what to try first with a model at an address (None for OpenAI itself)."""
+    """Return the features to try first with a model at an address (None for OpenAI's)."""
     host = (urlsplit(base_url).hostname or "") if base_url else "api.openai.com"
     openai = host == "api.openai.com" or is_azure(base_url)
     thinks = REASONING.search(model) is not None
@@ -189,7 +192,7 @@ def is_azure(base_url: str | None) -> bool:
 
 
 def has_deployment(base_url: str | None) -> bool:
-    """True for Azure's older form, which names the deployment in the path and the version in the query."""
+    """True for Azure's older form of address, with the deployment in the path and the version in the query."""
     return base_url is not None and DEPLOYMENT in urlsplit(base_url).path
 
 
@@ -197,9 +200,9 @@ def _has_picture(request: dict[str, Any]) -> bool:
     return any(isinstance(message.get("content"), list) for message in request["messages"])
 
 
-def _speaks_of_pictures(said: str) -> bool:
-    """True for a refusal of images in general, not of one that is too large."""
-    text = said.lower()
+def _rejects_pictures(message: str) -> bool:
+    """True if a message rejects images in general, not only an image that is too large."""
+    text = message.lower()
     if re.search(r"too (?:large|big)|exceed|dimension", text):
         return False
     asks_for_text = "content" in text and "string" in text

@@ -1,4 +1,4 @@
-"""Checks whether the answers to the questions of the chain support its conclusion."""
+"""Checks that the answers to the questions of the chain support its conclusion."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from stucksolver.plan import GuidanceIntent, WaitReason
 
 HELD_BY = (WaitReason.LIGHT, WaitReason.STOP_SIGN, WaitReason.QUEUE, WaitReason.PEOPLE, WaitReason.YIELD)
-"""What S2.4 asks about."""
+"""Reasons to wait that belong to question S2.4."""
 
 
 def wrong_chain(
@@ -21,11 +21,11 @@ def wrong_chain(
     """Return the contradictions, worded for the model.
 
     Args:
-        answers: Yes, no or None (cannot be told), by question.
+        answers: Yes, no or None (unknown), by question.
         immobilized: The conclusion.
         wait: The reason to wait, if any.
-        intent: What the passenger asks for, if anything.
-        moves: True if a behaviour of the plan moves the vehicle.
+        intent: The intent of the passenger, if any.
+        moves: True if a behavior of the plan moves the vehicle.
     """
     if "S2.1" in answers:
         return _with_guidance(answers["S2.1"], immobilized, intent, moves)
@@ -43,7 +43,7 @@ def wrong_chain(
 
 
 def _immobilized(answers: Mapping[str, bool | None], immobilized: bool) -> list[str]:
-    """Return the contradictions with S2.5, the conclusion: a yes to any of the others contradicts it."""
+    """Return the contradictions with the conclusion S2.5: a yes to any of the other questions contradicts it."""
     if not immobilized:
         return ["S2.5 is yes, but analysis.immobilized is false"] if answers["S2.5"] is True else []
     against = [name for name in ("S2.2", "S2.3", "S2.4") if answers[name] is True]
@@ -56,7 +56,10 @@ def _immobilized(answers: Mapping[str, bool | None], immobilized: bool) -> list[
 def _with_guidance(
     can_be_done: bool | None, immobilized: bool, intent: GuidanceIntent | None, moves: bool
 ) -> list[str]:
-    """Return the contradictions with guidance: an unneeded plan must follow from what the passenger asks."""
+    """Return the contradictions with guidance.
+
+    A plan without immobilization must follow from the passenger's intent.
+    """
     if not moves or immobilized:
         return []
     if can_be_done is not True:

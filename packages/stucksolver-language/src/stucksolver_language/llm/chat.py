@@ -1,4 +1,4 @@
-"""The interface to any vendor's chat API: messages and one tool in, a reply or a typed failure out."""
+"""Interface to any vendor's chat API: messages and tools in, a reply or a typed failure out."""
 
 from __future__ import annotations
 
@@ -22,8 +22,9 @@ class ToolCall:
 
 @dataclass(frozen=True)
 class Message:
-    """One turn. Only a user's turn has an `image`; only an assistant's has `calls`; `call_id` names the call
-    answered.
+    """One turn.
+
+    Only a user's turn has an `image`, and only an assistant's has `calls`. `call_id` names the answered call.
     """
 
     role: Literal["system", "user", "assistant", "tool"]
@@ -59,17 +60,17 @@ class Usage:
 
 
 class Finish(str, Enum):
-    """Why an answer ended."""
+    """Reason why an answer ended."""
 
     WHOLE = "whole"
     CUT_OFF = "cut_off"
-    """At the token limit."""
+    """The answer reached the token limit."""
     UNTOLD = "untold"
 
 
 @dataclass(frozen=True)
 class ChatReply:
-    """The reply: text, calls, or both. `usage` is None if the server does not count tokens.
+    """Reply with text, calls, or both. `usage` is None if the server does not count tokens.
 
     `saw` is False if no image was sent because the server accepts none.
     """
@@ -83,11 +84,11 @@ class ChatReply:
 
 
 class ChatModel(Protocol):
-    """A vendor's API, one file for each vendor."""
+    """API of a vendor. Each vendor has its own file."""
 
     @property
     def name(self) -> str:
-        """The name shown in results: vendor and model."""
+        """Name in results: vendor and model."""
 
     def chat(
         self, messages: Sequence[Message], tools: Sequence[Tool], must_call: str | None, limit_s: float
@@ -95,35 +96,38 @@ class ChatModel(Protocol):
         """Run one exchange.
 
         Args:
-            messages: The conversation so far.
+            messages: The conversation up to now.
             tools: The functions that the model may call.
             must_call: Name of the function that must be called, if any.
             limit_s: Wall time for the exchange (s).
 
         Raises:
-            TryAgain: The failure may be temporary.
-            GiveUp: The failure will last: it needs a person or another model.
+            TransientReasonerError: The failure may be temporary.
+            PermanentReasonerError: The failure is permanent: it needs a person or another model.
         """
 
     def cancel(self) -> None:
-        """End the running `chat` from another thread with `PermanentReasonerError`. Does nothing if none is running."""
+        """End the running `chat` from another thread with `PermanentReasonerError`.
+
+        Without a running `chat`, do nothing.
+        """
 
 
 class TransientKind(Enum):
     """Kinds of failures that may be temporary."""
 
     BUSY = "busy"
-    """The server says that it is busy, and may say for how long."""
+    """The server reports that it is busy, possibly with the time to wait."""
     LATE = "late"
-    """There was no answer in time; the query costs money all the same."""
+    """The answer was late. The query costs money all the same."""
     AWAY = "away"
-    """Nobody answers at the address, or the connection broke."""
+    """No server responds at the address, or the connection broke."""
     BROKEN = "broken"
-    """The server reported an internal error or answered nonsense; one retry shows whether that lasts."""
+    """The server reported an internal error or sent an invalid answer. One retry shows whether the failure persists."""
 
 
 class TransientReasonerError(ReasonerError):
-    """The failure may be temporary. `after_s` is how long the server asks to wait (s), if it says."""
+    """The failure may be temporary. `after_s` is the time to wait that the server reported (s), or None."""
 
     def __init__(self, text: str, trouble: TransientKind = TransientKind.BUSY, after_s: float | None = None) -> None:
         super().__init__(text)
@@ -131,9 +135,9 @@ class TransientReasonerError(ReasonerError):
 
 
 class PermanentReasonerError(ReasonerError):
-    """Asking again will not help. The message says what to set or do.
+    """A retry cannot succeed. The message says what to set or do.
 
-    `lasting`: other questions will fail too until a person acts. `paid`: the question was sent and costs money.
+    `lasting`: other queries will fail too until a person acts. `paid`: the query was sent and costs money.
     """
 
     def __init__(self, text: str, *, lasting: bool = False, paid: bool = False) -> None:

@@ -1,4 +1,4 @@
-"""An event loop in its own thread, so that an exchange has a hard time limit and can be cancelled from any thread."""
+"""An event loop in its own thread. It gives an exchange a hard time limit and lets any thread cancel it."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ T = TypeVar("T")
 
 
 class Cancelled(Exception):
-    """The answer is no longer wanted."""
+    """The answer is no longer needed."""
 
 
 class DeadlineError(Exception):
-    """The answer did not come within its limit."""
+    """The answer was later than its limit."""
 
 
 class Loop:
@@ -31,8 +31,8 @@ class Loop:
         """Run `work` for at most `limit_s` (s) and return its result.
 
         Raises:
-            OutOfTime: It took longer than `limit_s` (s).
-            Cancelled: `cancel` was called.
+            DeadlineError: It took longer than `limit_s` (s).
+            Canceled: `cancel` was called.
             Exception: Whatever `work` raises.
         """
         with self._lock:
@@ -55,7 +55,7 @@ class Loop:
                 self._running = None
 
     def cancel(self) -> None:
-        """Cancel what is running, if anything."""
+        """Cancel the running coroutine, if any."""
         with self._lock:
             if self._running is not None:
                 self._running.cancel()

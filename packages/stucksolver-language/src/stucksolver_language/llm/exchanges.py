@@ -37,29 +37,32 @@ class ExchangesError(Exception):
 
 
 class RecordingChat:
-    """Forwards everything to another model and stores it in a folder. If the disk is full, only the record is lost."""
+    """Forwards each query to another model and stores the exchange in a folder.
+
+    If the disk is full, only the record is lost.
+    """
 
     def __init__(self, inner: ChatModel, folder: Path) -> None:
         self.inner, self.folder = inner, folder
         self.name = inner.name
         self.model = getattr(inner, "model", "")
         self.fault: str | None = None
-        """Why nothing more is stored, after a failure to write."""
+        """Reason why nothing more is stored, after a failure to write; else None."""
         self._lock = threading.Lock()
         try:
             (folder / IMAGES).mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise ExchangesError(f"exchanges cannot be stored in {folder}: {error.strerror}") from error
+            raise ExchangesError(f"cannot store exchanges in folder: {folder}: {error.strerror}") from error
 
     def chat(
         self, messages: Sequence[Message], tools: Sequence[Tool], must_call: str | None, limit_s: float
     ) -> ChatReply:
-        """Ask the model and store its reply or its failure."""
+        """Query the model and store its reply or its failure."""
         try:
             reply = self.inner.chat(messages, tools, must_call, limit_s)
         except TransientReasonerError as error:
-            told = {"error": TRANSIENT, "text": str(error), "trouble": error.trouble.value}
-            self._keep(messages, tools, must_call, told)
+            failure = {"error": TRANSIENT, "text": str(error), "trouble": error.trouble.value}
+            self._keep(messages, tools, must_call, failure)
             raise
         except PermanentReasonerError as error:
             self._keep(messages, tools, must_call, {"error": PERMANENT, "text": str(error), "paid": error.paid})
@@ -83,6 +86,7 @@ class RecordingChat:
                 text = json.dumps(line, ensure_ascii=False) + "\n"
                 append(self.folder / FILE, text.encode("utf-8", "replace"))
         except OSError as error:
+            # The record is optional and the drive is not: a full disk must not stop the reasoner.
             self.fault = f"exchanges are no longer stored in {self.folder}: {error.strerror}"
 
     def _keep_image(self, message: Message) -> None:
@@ -103,19 +107,17 @@ class RecordedChat:
     def chat(
         self, messages: Sequence[Message], tools: Sequence[Tool], must_call: str | None, limit_s: float
     ) -> ChatReply:
-        """Return the recorded reply to the same question.
+        """Return the recorded reply to the same query.
 
         Raises:
-            GiveUp: The question was never recorded, or it failed when it was.
-            TryAgain: The recorded failure was temporary.
+            PermanentReasonerError: The query was never recorded, or the recorded failure was permanent.
+            TransientReasonerError: The recorded failure was temporary.
         """
         key = request_key(request_form(messages, tools, must_call))
         lines = self._answers.get(key)
         if not lines:
-            raise PermanentReasonerError(
-                "this question is not among the recorded ones; record it again with --exchanges"
-            )
-        # Keep the last answer to a question: a resumed run asks it again.
+            raise PermanentReasonerError("this query is not among the recorded ones; record it again with --exchanges")
+        # The last answer to a query stays, because a resumed run repeats that query.
         line = lines.popleft() if len(lines) > 1 else lines[0]
         if line.get("error") == TRANSIENT:
             raise TransientReasonerError(line["text"], TransientKind(line.get("trouble", TransientKind.BUSY.value)))
@@ -151,13 +153,15 @@ def image_digest(message: Message) -> str | None:
 def _load(folder: Path) -> dict[str, deque[dict[str, Any]]]:
     paths = sorted(folder.rglob(FILE))
     if not paths:
-        raise ExchangesError(f"no exchanges in {folder}: there is no {FILE} in it or below; record a run first")
+        raise ExchangesError(
+            f"no exchanges in folder: {folder}. It and its subfolders have no {FILE}; record a run first"
+        )
     answers: dict[str, deque[dict[str, Any]]] = defaultdict(deque)
     for path in paths:
         try:
             text = path.read_text(encoding="utf-8")
         except OSError as error:
-            raise ExchangesError(f"{path} cannot be read: {error.strerror}") from error
+            raise ExchangesError(f"cannot read file: {path}: {error.strerror}") from error
         for number, line in enumerate(text.splitlines(), 1):
             entry = _entry(line, f"{path}, line {number}")
             answers[entry["key"]].append(entry)
@@ -169,9 +173,9 @@ def _entry(line: str, where: str) -> dict[str, Any]:
         entry: dict[str, Any] = json.loads(line)
         same = request_key(entry["request"]) == entry["key"]
     except (ValueError, KeyError, TypeError) as error:
-        raise ExchangesError(f"{where}: not an exchange; remove the line or record again") from error
+        raise ExchangesError(f"{where}: not an exchange. Remove the line or record again") from error
     if not same:
-        raise ExchangesError(f"{where}: the request does not match its key; it was changed")
+        raise ExchangesError(f"{where}: the request does not match its key, so the line was changed. Record again")
     return entry
 
 

@@ -1,4 +1,4 @@
-"""Finds the one JSON object in a model's text, ignoring what surrounds it."""
+"""Extracts the single JSON object from a model's text and ignores the rest."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ from collections.abc import Iterator
 from typing import Any
 
 THINKING = re.compile(r"<think(?:ing)?>.*?</think(?:ing)?>", re.DOTALL | re.IGNORECASE)
-"""Some servers leave a reasoning model's thoughts in the text, including drafts of the answer."""
+"""Thoughts of a reasoning model, which some servers leave in the text, including drafts of the answer."""
 OF_AN_ANSWER = frozenset({"decision", "behaviors"})
 DEEPEST_WRAPPING = 3
+"""Deepest nesting of calls around the arguments that is unwrapped. Ours."""
 
 
 class NoJsonError(ValueError):
@@ -27,18 +28,19 @@ def extract_json(text: str) -> str:
 
 
 def name_in(text: str) -> str | None:
-    """Return the function that a text calls if it writes out a call such as `{"name": "decide", "arguments": {…}}`.
+    """Return the name of the function if a text writes out a call such as `{"name": "decide", "arguments": {…}}`.
 
     None for any other text.
     """
     try:
         return extract_call(text)[0]
     except NoJsonError:
+        # The parser of the answer reports the missing object.
         return None
 
 
 def extract_call(text: str) -> tuple[str | None, dict[str, Any]]:
-    """Return the function that a text calls, if any, and its arguments.
+    """Return the name of the function that a text calls, if any, and its arguments.
 
     Raises:
         NoJsonError: There is no object, or more than one.
@@ -61,8 +63,8 @@ def _unwrapped(value: dict[str, Any], depth: int = 0) -> tuple[str | None, dict[
         inner = next((obj for obj in _objects(inner) if isinstance(obj, dict)), None)
     if isinstance(inner, dict):
         name, found = _unwrapped(inner, depth + 1)
-        told = value.get("name")
-        return name or (told if isinstance(told, str) else None), found
+        outer_name = value.get("name")
+        return name or (outer_name if isinstance(outer_name, str) else None), found
     if len(value) == 1:
         (name, only), *_ = value.items()
         if isinstance(only, dict) and only.keys() & OF_AN_ANSWER:
@@ -87,6 +89,7 @@ def _objects(text: str) -> Iterator[Any]:
             value, end = decoder.raw_decode(text, at)
             yield value
         except (ValueError, RecursionError):
+            # A brace without valid JSON is part of the prose, so the search continues after it.
             end = at + 1
         at = text.find("{", end)
 

@@ -31,23 +31,27 @@ from stucksolver_language.llm.tool_schema import CHECK_PLAN, DECIDE, check_tool,
 from stucksolver_language.llm.usage_budget import CHARACTERS_FOR_A_TOKEN, PRICES, UsageLimits, estimate
 
 FIRST_PAUSE_S = 0.25
+"""Pause before the first retry (s). It doubles with each retry. Ours."""
 EPISODE_PAUSE_S = 60.0
+"""Time without a query after which a new budget begins (s). Ours."""
 EPISODE_PROGRESS_M = 15.0
+"""Progress after which a new budget begins (m): the distance that counts as a recovery."""
 
 
 @dataclass(frozen=True)
 class ModelSettings:
-    """How long and how often a model is asked."""
+    """Limits of one decision."""
 
     deadline_s: float = 5.0
-    """For one decision, repairs and retries included (s). A deadline in the request takes precedence."""
+    """Wall time for one decision, with repairs and retries (s). A deadline in the request takes precedence."""
     repairs: int = 1
+    """Number of invalid answers that are quoted to the model for repair. Ours."""
     checks: int = 2
-    """Number of questions to the guard before the model must decide. Only if the request has a check."""
+    """Number of queries to the guard before the model must decide. Applies only if the request has a check. Ours."""
 
 
 @dataclass
-class _Talk:
+class _Query:
     """One decision in progress."""
 
     scene: Scene
@@ -61,7 +65,7 @@ class _Talk:
     usage: Usage | None = None
     model: str | None = None
     saw: bool = True
-    """False if there was an image but it was not sent."""
+    """False if an image existed but was not sent."""
 
     def add(self, usage: Usage) -> None:
         self.usage = usage if self.usage is None else self.usage + usage
@@ -71,34 +75,36 @@ class _Talk:
 
 
 class LanguageModelReasoner:
-    """Makes a reasoner of any `ChatModel`. `decide` runs in the solver's worker thread; `cancel` comes from another."""
+    """Turns any `ChatModel` into a reasoner.
+
+    `decide` runs in the solver's worker thread, `cancel` in another thread.
+    """
 
     def __init__(
-        self, model: ChatModel, *, settings: ModelSettings | None = None, purse: UsageLimits | None = None
+        self, model: ChatModel, *, settings: ModelSettings | None = None, usage_limits: UsageLimits | None = None
     ) -> None:
         self.model = model
         self.name = f"{model.name} (prompt {PROMPT_VERSION})"
-        self.purse = purse or UsageLimits(PRICES.get(getattr(model, "model", "")))
+        self.usage_limits = usage_limits or UsageLimits(PRICES.get(getattr(model, "model", "")))
         self._settings = settings or ModelSettings()
         self._cancelled = threading.Event()
         self._last: tuple[float, float | None] | None = None
 
     def preflight(self) -> tuple[str, ...]:
-        """Check the model, as in `Preflighted`. It costs one short question that counts towards no budget."""
+        """Check the model with one short query that counts toward no budget, as the solver requires before a drive."""
         return preflight_model(self.model)
 
     def decide(self, request: ReasonerRequest) -> ReasonerAnswer:
-        """Ask the model, as in `Reasoner`. Without a deadline in the request, that of the settings applies.
+        """Query the model, as in `Reasoner`. Without a deadline in the request, the one in the settings applies.
 
         Raises:
-            ReasonerError: There was no answer in time, the budget is spent, or the answer is still invalid after
-                repair.
+            ReasonerError: The answer was late, the budget is spent, or the answer is still invalid after repair.
         """
         scene = request.scene
         self._cancelled.clear()
         self._note_episode(scene)
-        self.purse.check()
-        talk = _Talk(
+        self.usage_limits.check()
+        query = _Query(
             scene,
             messages(scene),
             time.monotonic(),
@@ -107,123 +113,126 @@ class LanguageModelReasoner:
             self._settings.checks,
             self._settings.repairs,
         )
-        first = list(talk.turns)
+        first = list(query.turns)
         try:
-            decision = self._talk(talk)
+            decision = self._run_query(query)
         except ReasonerError as error:
-            error.trace = self._trace(talk, first)
+            error.trace = self._trace(query, first)
             raise
-        return ReasonerAnswer(decision, self.name, self._trace(talk, first))
+        return ReasonerAnswer(decision, self.name, self._trace(query, first))
 
     def cancel(self) -> None:
-        """Cancel the query under way; callable from any thread."""
+        """Cancel the running query. Any thread may call this."""
         self._cancelled.set()
         self.model.cancel()
 
     # ---- one decision
 
-    def _talk(self, talk: _Talk) -> Decision:
+    def _run_query(self, query: _Query) -> Decision:
         while True:
-            reply = self._ask(talk)
+            reply = self._ask(query)
             answer, asks = _chosen(reply)
-            talk.answers.append(answer)
-            if asks and talk.check is not None and talk.checks_left > 0:
-                self._answer_check(talk, reply, answer)
+            query.answers.append(answer)
+            if asks and query.check is not None and query.checks_left > 0:
+                self._answer_check(query, reply, answer)
                 continue
             try:
                 if reply.finish is Finish.CUT_OFF:
                     raise AnswerError(_cut_off(reply))
                 if asks:
                     raise AnswerError(f"call {DECIDE} now, with the whole answer")
-                return parse_answer(answer, talk.scene)
+                return parse_answer(answer, query.scene)
             except AnswerError as error:
-                self._repair(talk, reply, error)
+                self._repair(query, reply, error)
 
-    def _ask(self, talk: _Talk) -> ChatReply:
-        """Run one exchange, and retry after a pause if the failure may be temporary and the deadline allows."""
+    def _ask(self, query: _Query) -> ChatReply:
+        """Run one exchange. Retry after a pause if the failure may be temporary and the deadline allows it."""
         pause, broken = FIRST_PAUSE_S, False
-        tools = self._tools(talk)
+        tools = self._tools(query)
         must = DECIDE if len(tools) == 1 else None
         while True:
             if self._cancelled.is_set():
-                raise PermanentReasonerError("the question was withdrawn")
+                raise PermanentReasonerError("the query was canceled")
             try:
-                reply = self.model.chat(talk.turns, tools, must, talk.left_s())
+                reply = self.model.chat(query.turns, tools, must, query.left_s())
             except TransientReasonerError as error:
-                self._failed(talk, tools, error)
+                self._failed(query, tools, error)
                 if broken and error.trouble is TransientKind.BROKEN:
                     raise ReasonerError(f"{error}; twice in a row") from error
                 broken = error.trouble is TransientKind.BROKEN
                 wait = max(pause, error.after_s or 0.0)
-                if talk.left_s() <= wait:
-                    raise ReasonerError(f"{error}; the deadline of {talk.limit_s:g} s is over") from error
+                if query.left_s() <= wait:
+                    raise ReasonerError(f"{error}; the deadline of {query.limit_s:g} s has passed") from error
                 self._cancelled.wait(wait)
                 pause *= 2
                 continue
             except PermanentReasonerError as error:
-                self._failed(talk, tools, error)
+                self._failed(query, tools, error)
                 raise
-            usage = reply.usage or estimate(talk.turns, tools, len(reply.text) // CHARACTERS_FOR_A_TOKEN)
-            self.purse.add(usage)
-            talk.add(usage)
-            talk.model, talk.saw = reply.model, reply.saw
+            usage = reply.usage or estimate(query.turns, tools, len(reply.text) // CHARACTERS_FOR_A_TOKEN)
+            self.usage_limits.add(usage)
+            query.add(usage)
+            query.model, query.saw = reply.model, reply.saw
             return reply
 
-    def _failed(self, talk: _Talk, tools: list[Tool], error: TransientReasonerError | PermanentReasonerError) -> None:
-        """Count a question that was sent, even if its answer came too late."""
+    def _failed(self, query: _Query, tools: list[Tool], error: TransientReasonerError | PermanentReasonerError) -> None:
+        """Count a query that was sent, even if its answer was late."""
         paid = error.paid if isinstance(error, PermanentReasonerError) else error.trouble is TransientKind.LATE
         if paid:
-            talk.add(estimate(talk.turns, tools, MOST_TOKENS))
-            self.purse.add(estimate(talk.turns, tools, MOST_TOKENS))
+            query.add(estimate(query.turns, tools, MOST_TOKENS))
+            self.usage_limits.add(estimate(query.turns, tools, MOST_TOKENS))
 
-    def _trace(self, talk: _Talk, first: list[Message]) -> ReasonerTrace:
+    def _trace(self, query: _Query, first: list[Message]) -> ReasonerTrace:
         return ReasonerTrace(
             format=FORMAT,
-            prompt=_prompt_text(first, talk.saw),
-            answers=tuple(talk.answers),
-            model=talk.model or self.model.name,
-            input_tokens=talk.usage.input_tokens if talk.usage else None,
-            output_tokens=talk.usage.output_tokens if talk.usage else None,
-            usd=self.purse.price.of(talk.usage) if talk.usage and self.purse.price else None,
-            seconds=round(time.monotonic() - talk.began, 4),
+            prompt=_prompt_text(first, query.saw),
+            answers=tuple(query.answers),
+            model=query.model or self.model.name,
+            input_tokens=query.usage.input_tokens if query.usage else None,
+            output_tokens=query.usage.output_tokens if query.usage else None,
+            usd=self.usage_limits.price.cost_of(query.usage) if query.usage and self.usage_limits.price else None,
+            seconds=round(time.monotonic() - query.began, 4),
         )
 
-    def _tools(self, talk: _Talk) -> list[Tool]:
-        tools = [decide_tool(talk.scene)]
-        if talk.check is not None and talk.checks_left > 0:
-            tools.append(check_tool(talk.scene))
+    def _tools(self, query: _Query) -> list[Tool]:
+        tools = [decide_tool(query.scene)]
+        if query.check is not None and query.checks_left > 0:
+            tools.append(check_tool(query.scene))
         return tools
 
-    def _answer_check(self, talk: _Talk, reply: ChatReply, answer: str) -> None:
-        assert talk.check is not None
-        talk.checks_left -= 1
+    def _answer_check(self, query: _Query, reply: ChatReply, answer: str) -> None:
+        assert query.check is not None
+        query.checks_left -= 1
         try:
-            said = talk.check(parse_plan(answer, talk.scene))
+            verdict = query.check(parse_plan(answer, query.scene))
         except AnswerError as error:
-            said = f"not a plan: {error}"
-        talk.turns += _told(reply, said)
+            # The model gets the error as the result of the check, and can correct the plan.
+            verdict = f"not a plan: {error}"
+        query.turns += _response_turns(reply, verdict)
 
-    def _repair(self, talk: _Talk, reply: ChatReply, error: AnswerError) -> None:
-        """Quote the error to the model once; after that it is a failure."""
-        if talk.repairs_left == 0:
-            raise ReasonerError(f"{self.model.name} gave an unusable answer: {error}") from error
-        talk.repairs_left -= 1
-        self.purse.check()
-        talk.turns += _told(reply, f"That answer cannot be used: {error}. Answer again, complete and corrected.")
+    def _repair(self, query: _Query, reply: ChatReply, error: AnswerError) -> None:
+        """Quote the error to the model once. A second invalid answer is a failure."""
+        if query.repairs_left == 0:
+            raise ReasonerError(f"{self.model.name} gave an invalid answer: {error}") from error
+        query.repairs_left -= 1
+        self.usage_limits.check()
+        query.turns += _response_turns(
+            reply, f"That answer cannot be used: {error}. Answer again, complete and corrected."
+        )
 
     def _note_episode(self, scene: Scene) -> None:
-        """Begin a new episode after 60 s without a question or 15 m of progress since the last."""
+        """Start a new budget after 60 s without a query, or after 15 m of progress since the last query."""
         left, last = scene.ego.distance_to_destination_m, self._last
         self._last = (scene.time_s, left)
         if last is None:
             return
         progressed = left is not None and last[1] is not None and last[1] - left > EPISODE_PROGRESS_M
         if progressed or not 0 <= scene.time_s - last[0] <= EPISODE_PAUSE_S:
-            self.purse.new_episode()
+            self.usage_limits.new_episode()
 
 
 def _chosen(reply: ChatReply) -> tuple[str, bool]:
-    """Return the answer's text, and whether it asks the guard.
+    """Return the text of the answer, and whether it queries the guard.
 
     A call to an unknown function is parsed like any answer and fails.
     """
@@ -235,24 +244,24 @@ def _chosen(reply: ChatReply) -> tuple[str, bool]:
 
 
 def _cut_off(reply: ChatReply) -> str:
-    """Return why an answer was cut off; if it had not begun, the model was still thinking."""
+    """Return why an answer was cut off. An answer without text was cut off while the model was still thinking."""
     count = f"{reply.usage.output_tokens} tokens" if reply.usage else "the token limit"
     if not reply.calls and not reply.text.strip():
         return f"it was cut off at {count} before it began, while the model was thinking; allow more with #tokens=N"
     return f"it was cut off at {count}; say less in each text and list"
 
 
-def _told(reply: ChatReply, text: str) -> list[Message]:
-    """Return the reply and our answer to it in the protocol's form, which answers each call, or else the text."""
-    said = Message("assistant", reply.text, calls=reply.calls)
+def _response_turns(reply: ChatReply, text: str) -> list[Message]:
+    """Return the reply and the response to it in the protocol's form, which answers each call, or else the text."""
+    reply_turn = Message("assistant", reply.text, calls=reply.calls)
     if reply.calls:
-        return [said, *(Message("tool", text, call_id=call.id) for call in reply.calls)]
-    return [said, Message("user", text)]
+        return [reply_turn, *(Message("tool", text, call_id=call.id) for call in reply.calls)]
+    return [reply_turn, Message("user", text)]
 
 
 def _prompt_text(turns: list[Message], saw: bool) -> str:
     """Return the prompt for the record, with the digest of the image if it was sent."""
-    told = [
+    plain_turns = [
         {
             "role": turn.role,
             "text": turn.text,
@@ -260,4 +269,4 @@ def _prompt_text(turns: list[Message], saw: bool) -> str:
         }
         for turn in turns
     ]
-    return json.dumps(told, ensure_ascii=False)
+    return json.dumps(plain_turns, ensure_ascii=False)

@@ -1,4 +1,4 @@
-"""Selects the offered behaviours that make sense in a scene: the others would only lengthen the prompt."""
+"""Selects the offered behaviors that make sense in a scene. The others would only lengthen the prompt."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ from stucksolver.plan.behaviors import REGISTRY
 from stucksolver.scene import AvailableBehavior, Scene
 
 
-def known(scene: Scene) -> tuple[AvailableBehavior, ...]:
-    """Return all known behaviours that the stack offers: the same in every scene of a drive."""
+def known_behaviors(scene: Scene) -> tuple[AvailableBehavior, ...]:
+    """Return all known behaviors that the stack offers. They are the same in every scene of a run."""
     return tuple(b for b in scene.behaviors if b.name in REGISTRY)
 
 
 def available(scene: Scene) -> tuple[AvailableBehavior, ...]:
     """Return the behaviours that have something to act on here. The guard still judges each plan."""
-    return tuple(b for b in known(scene) if REGISTRY[b.name].fits_scene(scene))
+    return tuple(b for b in known_behaviors(scene) if REGISTRY[b.name].fits_scene(scene))
 
 
 def signature(behavior: AvailableBehavior) -> str:
-    """Return a behaviour with its parameters and their ranges: `change_lane(side left|right, distance_m 15..150)`."""
+    """Return a behavior with its parameters and their ranges: `change_lane(side left|right, distance_m 15..150)`."""
     fields = cast("dict[str, dict[str, Any]]", behavior.parameters["properties"])
     return f"{behavior.name}({', '.join(_parameter(k, v) for k, v in fields.items() if k != 'name')})"
 
@@ -37,7 +37,7 @@ def _parameter(name: str, schema: dict[str, Any]) -> str:
 
 
 def _bound(parts: list[dict[str, Any]], which: str) -> str | None:
-    """Return the bound, with `>` or `<` if the bound itself is excluded."""
+    """Return the bound, with `>` or `<` if the range excludes it."""
     for part in parts:
         if which in part:
             return f"{part[which]:g}"

@@ -1,4 +1,4 @@
-"""Any server with OpenAI's chat completions API: OpenAI itself, Azure, vLLM, Ollama, llama.cpp and others."""
+"""Client for any server with OpenAI's chat completions API: OpenAI, Azure, vLLM, Ollama, llama.cpp and others."""
 
 from __future__ import annotations
 
@@ -34,25 +34,25 @@ from stucksolver_language.llm.sdk_errors import REFUSALS, is_context_overflow, p
 from stucksolver_language.llm.server_text import clean, clean_reply
 
 PRIVATE_HEADERS = ("authorization", "api-key", "cookie", "proxy-authorization")
-"""Headers with which a client identifies itself; only those of the server's own credentials are sent."""
+"""Headers that identify the client. Requests contain only those of the server's own credentials."""
 OPENAI_HEADERS = ("openai-organization", "openai-project")
-"""Headers that the SDK fills from the environment, for OpenAI's own servers only."""
+"""Headers that the SDK fills from the environment. They are for OpenAI's own servers only."""
 NO_KEY = "none"
-"""The SDK wants a key; the real one is only put into requests to the right server."""
+"""Placeholder, because the SDK requires a key. The real key goes only into requests to the right server."""
 URL_VARIABLE = "OPENAI_BASE_URL"
 SHUT_FOR_S = 60.0
-"""After an error that a person must fix (a wrong key, an unknown model), nothing is sent for this long (s)."""
+"""Time without requests after an error that a person must fix, such as a wrong key or an unknown model (s). Ours."""
 
 
 class OpenAiChat:
     """One model at one address. The key comes from the environment, never from a file or an argument.
 
     Args:
-        model: Its name.
-        base_url: Its server's address; None for OpenAI's, or the one in the environment. A user name and password in it
-            are sent, and stored or shown nowhere.
-        options: What the user set.
-        login: `USER:PASSWORD` of the address, if it was taken out already.
+        model: Name of the model.
+        base_url: Address of its server; None for OpenAI's, or the one in the environment. A user name and password in
+            it are sent, but neither stored nor displayed.
+        options: Options of the user.
+        login: `USER:PASSWORD` of the address, if the caller has already removed it from there.
 
     Raises:
         ValueError: The address is not valid.
@@ -65,8 +65,8 @@ class OpenAiChat:
         options: ModelOptions | None = None,
         login: str | None = None,
     ) -> None:
-        told, own_login = without_login(base_url or os.environ.get(URL_VARIABLE) or "")
-        self.model, self.base_url = model, told or None
+        address, own_login = without_login(base_url or os.environ.get(URL_VARIABLE) or "")
+        self.model, self.base_url = model, address or None
         self._login = login or own_login
         if self.base_url is not None:
             check_url(self.base_url)
@@ -81,8 +81,9 @@ class OpenAiChat:
     def chat(
         self, messages: Sequence[Message], tools: Sequence[Tool], must_call: str | None, limit_s: float
     ) -> ChatReply:
-        """Run one exchange, as in `ChatModel`. What the server refuses is left out from then on, within the same
-        limit.
+        """Run one exchange, as in `ChatModel`.
+
+        Features that the server rejects are omitted from then on. The retries share the same time limit.
         """
         if self._shut is not None and time.monotonic() < self._shut[0]:
             raise PermanentReasonerError(self._shut[1], lasting=True)
@@ -90,17 +91,17 @@ class OpenAiChat:
             return self._loop.run(self._exchange(self._connect(), messages, tools, must_call), limit_s)
         except DeadlineError:
             raise TransientReasonerError(
-                f"{self.where} gave no answer within {limit_s:.1f} s", TransientKind.LATE
+                f"{self.server_name} gave no answer within {limit_s:.1f} s", TransientKind.LATE
             ) from None
         except Cancelled:
-            raise PermanentReasonerError("the question was withdrawn", paid=True) from None
+            raise PermanentReasonerError("the query was canceled", paid=True) from None
         except PermanentReasonerError as error:
             if error.lasting:
                 self._shut = (time.monotonic() + SHUT_FOR_S, str(error))
             raise
 
     def cancel(self) -> None:
-        """Cancel the running request; may be called from any thread."""
+        """Cancel the running request. Any thread may call this."""
         self._loop.cancel()
 
     def described(self, limit_s: float) -> dict[str, Any]:
@@ -108,15 +109,19 @@ class OpenAiChat:
         try:
             return self._loop.run(self._listed(self._connect()), limit_s)
         except (DeadlineError, Cancelled):
+            # The entry only adds notes, so the preflight succeeds without it.
             return {}
 
     @property
-    def where(self) -> str:
-        """The server, for people."""
+    def server_name(self) -> str:
+        """Name of the server for people."""
         return redacted(self.base_url) if self.base_url else "api.openai.com"
 
     def _connect(self) -> Any:
-        """Return the SDK's client, created once. Importing the SDK takes most of a second, so that happens here."""
+        """Return the SDK's client, created once.
+
+        The import is here because importing the SDK takes most of a second.
+        """
         if self._client is None:
             try:
                 import openai
@@ -136,7 +141,7 @@ class OpenAiChat:
                 return self._client
             if not sent.headers and (self.base_url is None or urlsplit(self.base_url).hostname == "api.openai.com"):
                 raise PermanentReasonerError(
-                    f"no key: set {KEY_VARIABLE}, or name a server of your own as openai:MODEL@BASE_URL"
+                    f"no key: set {KEY_VARIABLE}, or name your own server as openai:MODEL@BASE_URL"
                 )
             self._client = openai.AsyncOpenAI(
                 api_key=NO_KEY, base_url=self.base_url, max_retries=0, http_client=self._http(openai)
@@ -149,10 +154,10 @@ class OpenAiChat:
         parts = urlsplit(self.base_url)
         version = parse_qs(parts.query).get("api-version") or [os.environ.get("OPENAI_API_VERSION", "")]
         if not version[0]:
-            raise PermanentReasonerError(f"{self.where}: no version: end the address with ?api-version=…")
+            raise PermanentReasonerError(f"{self.server_name}: no version: end the address with ?api-version=…")
         if not self._credentials.headers:
             own = f"{KEYS_VARIABLE}='HOST=KEY' for a server that is not Microsoft's"
-            raise PermanentReasonerError(f"{self.where}: no key: set {AZURE_KEY_VARIABLE}, or {own}")
+            raise PermanentReasonerError(f"{self.server_name}: no key: set {AZURE_KEY_VARIABLE}, or {own}")
         base = urlunsplit(parts._replace(query=""))
         return openai.AsyncAzureOpenAI(
             api_key=NO_KEY, base_url=base, api_version=version[0], max_retries=0, http_client=self._http(openai)
@@ -173,7 +178,7 @@ class OpenAiChat:
         return openai.DefaultAsyncHttpxClient(follow_redirects=False, event_hooks={"request": [identify]})
 
     def _clean(self, text: str) -> str:
-        """Return a server's text, fit to be shown and stored."""
+        """Return a server's text, safe to display and store."""
         return clean(text, self._secrets)
 
     @property
@@ -183,7 +188,7 @@ class OpenAiChat:
     async def _exchange(
         self, client: Any, messages: Sequence[Message], tools: Sequence[Tool], must_call: str | None
     ) -> ChatReply:
-        """Run one exchange, and repeat it without what the server refuses."""
+        """Run one exchange, and repeat it without the features that the server rejects."""
         import openai
 
         spent: Usage | None = None
@@ -195,33 +200,34 @@ class OpenAiChat:
             except openai.OpenAIError as error:
                 if not self._learns(error, request):
                     keyed = self._credentials is not None and bool(self._credentials.headers)
-                    raise translated(error, self.where, self.model, keyed=keyed, clean=self._clean) from None
+                    raise translated(error, self.server_name, self.model, keyed=keyed, clean=self._clean) from None
                 continue
             except (ValueError, TypeError, AttributeError, LookupError) as error:
-                # The SDK returns bodies that are not completions unchanged, or fails on them in its own ways.
+                # The SDK returns a body that is not a completion unchanged, or fails on it with varying exceptions.
                 raise TransientReasonerError(
-                    f"{self.where} did not answer with a chat completion", TransientKind.BROKEN
+                    f"the response of {self.server_name} is not a chat completion", TransientKind.BROKEN
                 ) from error
             spent = reply.usage if spent is None or reply.usage is None else spent + reply.usage
             if is_called(reply) or not self.takes.step_down(f"answered without a call: {reply.text[:60]!r}"):
                 return ChatReply(reply.text, reply.calls, spent, reply.model, reply.finish, reply.saw)
 
     def _learns(self, error: Any, request: dict[str, Any]) -> bool:
-        said = server_message(error, self._clean)
-        if getattr(error, "status_code", None) not in REFUSALS or is_context_overflow(said):
+        message = server_message(error, self._clean)
+        if getattr(error, "status_code", None) not in REFUSALS or is_context_overflow(message):
             return False
-        return self.takes.learn(said, parameter_of(error), request)
+        return self.takes.learn(message, parameter_of(error), request)
 
     async def _listed(self, client: Any) -> dict[str, Any]:
-        """Return the model's entry, if possible: a server may have no such list, or one in another form."""
+        """Return the model's entry, if possible. A server may have no such list, or one in another form."""
         import openai
 
         try:
             models = [entry.model_dump() for entry in (await client.models.list()).data]
         except (openai.OpenAIError, ValueError, TypeError, AttributeError):
+            # The list is optional: see `described`.
             return {}
         named = [entry for entry in models if entry.get("id") == self.model]
-        # A server with one model answers under any name, as llama.cpp does.
+        # A server with one model, such as llama.cpp, serves it under any name.
         found: dict[str, Any] = named[0] if named else models[0] if len(models) == 1 else {}
         return found
 
@@ -242,6 +248,6 @@ def check_url(url: str) -> None:
     other = [part for part in parts.query.split("&") if part and not part.startswith("api-version=")]
     if other or parts.fragment:
         raise ValueError(
-            f"{shown_address(url).partition('?')[0]!r}: only ?api-version=… may follow an address; "
-            f"keys belong into {KEYS_VARIABLE}"
+            f"only ?api-version=… may follow an address: {shown_address(url).partition('?')[0]!r}. "
+            f"Keys belong into {KEYS_VARIABLE}"
         )

@@ -1,4 +1,4 @@
-"""Converts our messages to OpenAI's chat completions format, and its answers to ours."""
+"""Converts messages to OpenAI's chat completions format, and replies back."""
 
 from __future__ import annotations
 
@@ -22,6 +22,7 @@ from stucksolver_language.llm.chat import (
 from stucksolver_language.llm.prompt import FORM, prose_appendix
 
 LARGEST_IMAGE_BYTES = 5_000_000
+"""Largest image in a request (bytes). Ours."""
 NOT_IN_STRICT_MODE = frozenset({"maxLength"})
 FINISHES = {"stop": Finish.WHOLE, "tool_calls": Finish.WHOLE, "function_call": Finish.WHOLE, "length": Finish.CUT_OFF}
 
@@ -32,7 +33,7 @@ def request_of(
     """Return the body of a request.
 
     Raises:
-        GiveUp: An image is too large.
+        PermanentReasonerError: An image is too large.
     """
     final = next(tool for tool in tools if must_call is None or tool.name == must_call)
     request: dict[str, Any] = {
@@ -69,7 +70,7 @@ def _function(tool: Tool, strict: bool, takes: ServerCapabilities) -> dict[str, 
 
 
 def _within(schema: Any, takes: ServerCapabilities) -> Any:
-    """Return a schema without the keywords that OpenAI's strict mode refuses."""
+    """Return a schema without the keywords that OpenAI's strict mode rejects."""
     if not takes.strict_subset:
         return schema
     if isinstance(schema, dict):
@@ -90,7 +91,7 @@ def _turn(message: Message, pictures: bool) -> dict[str, Any]:
         jpeg = message.image.jpeg
         if len(jpeg) > LARGEST_IMAGE_BYTES:
             raise PermanentReasonerError(
-                f"the image has {len(jpeg)} bytes, more than {LARGEST_IMAGE_BYTES}; use a smaller camera image"
+                f"image too large: {len(jpeg)} bytes, at most {LARGEST_IMAGE_BYTES}; use a smaller camera image"
             )
         url = "data:image/jpeg;base64," + base64.b64encode(jpeg).decode()
         turn["content"] = [
@@ -101,19 +102,21 @@ def _turn(message: Message, pictures: bool) -> dict[str, Any]:
 
 
 def reply_of(answer: Any, asked: str, saw: bool, clean: Callable[[str], str] = str) -> ChatReply:
-    """Read an SDK object; what a server left out counts as absent. `clean` makes its text fit to be shown.
+    """Convert an SDK object to a reply.
+
+    Fields that a server omits count as absent. `clean` makes its text safe to display.
 
     Raises:
-        TryAgain: The answer has no choice.
-        GiveUp: A content filter withheld the answer, or the model refuses.
+        TransientReasonerError: The answer has no choice.
+        PermanentReasonerError: A content filter withheld the answer, or the model declines.
     """
     choices = getattr(answer, "choices", None)
     if not choices:
-        raise TransientReasonerError("the server answered without a choice", TransientKind.BROKEN)
+        raise TransientReasonerError("the server's answer has no choice", TransientKind.BROKEN)
     message = choices[0].message
     refusal = getattr(message, "refusal", None)
     if refusal:
-        raise PermanentReasonerError(f"the model refuses: {clean(str(refusal))[:200]}")
+        raise PermanentReasonerError(f"the model declines to answer: {clean(str(refusal))[:200]}")
     finish = getattr(choices[0], "finish_reason", None)
     if finish == "content_filter":
         raise PermanentReasonerError("the provider's content filter withheld the answer")
@@ -129,7 +132,7 @@ def reply_of(answer: Any, asked: str, saw: bool, clean: Callable[[str], str] = s
 
 
 def _text(value: Any) -> str:
-    """Return a text; some servers return arguments as an object instead."""
+    """Return a text. Some servers return arguments as an object instead."""
     if value is None:
         return ""
     return value if isinstance(value, str) else json.dumps(value)

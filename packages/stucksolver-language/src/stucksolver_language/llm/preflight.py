@@ -1,6 +1,6 @@
-"""One short question before a drive: is the server there, and does it accept the key and the model?
+"""One short query before a drive: checks that the server responds and accepts the key and the model.
 
-What it does not support is learnt here too, so that the first real question loses no time.
+It also discovers the features that the server lacks, so that the first real query loses no time.
 """
 
 from __future__ import annotations
@@ -21,10 +21,14 @@ from stucksolver_language.llm.chat import (
 from stucksolver_language.llm.sdk_errors import LARGER_CONTEXT
 
 LIMIT_S = 120.0
-"""A private server may have to load its model first."""
+"""Time limit of the preflight (s). A private server may have to load its model first. Ours."""
 BUSY_PAUSE_S = 2.0
+"""Shortest pause before a busy server is queried again (s). Ours."""
 PROMPT_TOKENS, SCHEMA_TOKENS = 2_100, 2_600
-"""Upper bounds on the tokens of the messages and of the schema, which some dialects put into the prompt."""
+"""Upper bounds on the tokens of the messages and of the schema, which some dialects put into the prompt.
+
+`MOST_CHARACTERS` of the scene's text follows from the first.
+"""
 CONTEXT_FIELDS = ("max_model_len", "context_length", "context_window", "n_ctx")
 """Fields that state the context in lists of models: vLLM, OpenRouter, Groq, llama.cpp (under `meta`)."""
 
@@ -38,12 +42,12 @@ READY = Tool(
         "additionalProperties": False,
     },
 )
-GREY_JPEG = (
+GRAY_JPEG = (
     b"/9j/4AAQSkZJRgABAQAAAQABAAD/2wBDACgcHiMeGSgjISMtKygwPGRBPDc3PHtYXUlkkYCZlo+AjIqgtObDoKrarYqMyP/L2u71"
     b"////m8H////6/+b9//j/wAALCABAAEABAREA/8QAFAABAAAAAAAAAAAAAAAAAAAAAP/EABQQAQAAAAAAAAAAAAAAAAAAAAD/2gAI"
     b"AQEAAD8AAAAAAAAAAAAAAAAAAAAAAP/Z"
 )
-"""64 x 64 grey pixels in base64."""
+"""64 x 64 gray pixels in base64."""
 
 
 @runtime_checkable
@@ -54,10 +58,10 @@ class _Described(ChatModel, Protocol):
 
 
 def preflight_model(model: ChatModel, limit_s: float = LIMIT_S) -> tuple[str, ...]:
-    """Ask a model one short question and return what was learnt, one line each.
+    """Send a model one short query and return the notes about missing features, one line each.
 
     Raises:
-        GiveUp: Questions would fail.
+        PermanentReasonerError: Queries would fail.
     """
     model = getattr(model, "inner", model)
     if not isinstance(model, _Described):
@@ -68,22 +72,24 @@ def preflight_model(model: ChatModel, limit_s: float = LIMIT_S) -> tuple[str, ..
     described = model.described(max(ends_at - time.monotonic(), 1.0))
     _check_context(model.name, model.takes, context_of(described))
     if described.get("owned_by") == "library":
-        notes.append(f"{model.name}: Ollama gives 4,096 tokens of context unless OLLAMA_CONTEXT_LENGTH says otherwise")
+        notes.append(
+            f"{model.name}: Ollama has 4,096 tokens of context unless OLLAMA_CONTEXT_LENGTH sets another value"
+        )
     return tuple(notes)
 
 
 def _ask(model: ChatModel, ends_at: float) -> None:
-    picture = CameraImage(width=64, height=64, jpeg=GREY_JPEG)
+    picture = CameraImage(width=64, height=64, jpeg=GRAY_JPEG)
     turns = [Message("system", "You are asked whether you can be reached."), Message("user", "Ready?", image=picture)]
     while (pause_s := _asked(model, turns, ends_at)) is not None:
         time.sleep(pause_s)
 
 
 def _asked(model: ChatModel, turns: list[Message], ends_at: float) -> float | None:
-    """Return None after any answer, otherwise how long to wait for a busy server (s).
+    """Return None after any answer, otherwise the time to wait for a busy server (s).
 
     Raises:
-        GiveUp: Questions would fail.
+        PermanentReasonerError: Queries would fail.
     """
     try:
         model.chat(turns, [READY], READY.name, ends_at - time.monotonic())
@@ -99,20 +105,20 @@ def context_of(described: dict[str, object]) -> int | None:
     """Return the context (tokens) stated by an entry in a server's list of models, or None."""
     meta = described.get("meta")
     places = [described, meta if isinstance(meta, dict) else {}]
-    told = [place.get(field) for place in places for field in CONTEXT_FIELDS]
-    return next((count for count in told if isinstance(count, int) and count > 0), None)
+    stated = [place.get(field) for place in places for field in CONTEXT_FIELDS]
+    return next((count for count in stated if isinstance(count, int) and count > 0), None)
 
 
 def _check_context(name: str, takes: ServerCapabilities, context: int | None) -> None:
-    """Check that a long question and its answer fit into the context.
+    """Check that a long query and its answer fit into the context.
 
     Raises:
-        GiveUp: They do not fit.
+        PermanentReasonerError: They do not fit.
     """
     schema = 0 if takes.dialect is Dialect.JSON_SCHEMA else SCHEMA_TOKENS
     needed = PROMPT_TOKENS + schema + takes.most_tokens
     if context is not None and context < needed:
         raise PermanentReasonerError(
-            f"{name} has a context of {context} tokens; a question and its answer take up to {needed}: "
-            f"start its server with more ({LARGER_CONTEXT}), or allow a shorter answer with #tokens=N"
+            f"context too small: {name} has {context} tokens, a query and its answer need up to {needed}. "
+            f"Start its server with more ({LARGER_CONTEXT}), or limit the answer with #tokens=N"
         )

@@ -1,4 +1,4 @@
-"""The prompt: a fixed prefix, then the scene. Its version is shown in every result."""
+"""The prompt: a fixed prefix, then the scene. Every result states its version."""
 
 from __future__ import annotations
 
@@ -9,11 +9,14 @@ from stucksolver.plan import QUESTIONS
 from stucksolver.plan.behaviors import REGISTRY
 from stucksolver.scene import Scene
 from stucksolver_language.llm.chat import Message, Tool
-from stucksolver_language.llm.offered_behaviors import available, known, signature
+from stucksolver_language.llm.offered_behaviors import available, known_behaviors, signature
 from stucksolver_language.llm.scene_prompt import scene_text
 
 PROMPT_VERSION = 6
-"""Increased with every change to the text below, which a test enforces, and to the text of a scene."""
+"""Version of the prompt.
+
+It increases with every change to the text below, which a test enforces, and to the text of a scene.
+"""
 
 ROLE = """\
 You help an immobilized automated vehicle to move on, or follow its passenger's guidance where that is legal and safe. \
@@ -44,7 +47,7 @@ analysis: steps (for each question answer and evidence), immobilized, cause (nul
 waiting is right, else null), guidance_intent (null without guidance), reason
 decision: rationale, behaviors (a list, or null), replan_route, route_start (null unless replan_route)
 """
-"""For a server that follows a schema without showing it to the model."""
+"""Form of the answer, for a server that follows a schema but does not give it to the model."""
 
 PROSE = """
 
@@ -53,7 +56,7 @@ Answer with one JSON object and nothing else, valid under this JSON Schema:
 
 
 def messages(scene: Scene) -> list[Message]:
-    """Return the system and user turns for a scene; the image belongs to the user's turn."""
+    """Return the system and user turns for a scene. The image belongs to the user's turn."""
     return [
         Message("system", system_text(scene)),
         Message("user", user_text(scene), image=scene.image),
@@ -61,13 +64,13 @@ def messages(scene: Scene) -> list[Message]:
 
 
 def system_text(scene: Scene) -> str:
-    """Return the fixed text, then the parameters and meanings of the stack's behaviours: the same during a drive."""
-    meanings = [f"{signature(b)}: {REGISTRY[b.name].summary}" for b in known(scene)]
+    """Return the fixed text, then the parameters and meanings of the stack's behaviors. It is the same during a run."""
+    meanings = [f"{signature(b)}: {REGISTRY[b.name].summary}" for b in known_behaviors(scene)]
     return "\n".join([ROLE, "", "Behaviors (parameters with their ranges):", *meanings])
 
 
 def user_text(scene: Scene) -> str:
-    """Return the scene as text, and which behaviours are available in it."""
+    """Return the scene as text, and the behaviors that are available in it."""
     return f"{scene_text(scene)}\nbehaviors available now: {', '.join(b.name for b in available(scene))}"
 
 
@@ -77,10 +80,10 @@ def prose_appendix(tool: Tool) -> str:
 
 
 def prompt_name() -> str:
-    """Return the version and the digest, as shown in results."""
+    """Return the version and the digest, as results state them."""
     return f"{PROMPT_VERSION} ({prompt_digest()})"
 
 
 def prompt_digest() -> str:
-    """Return the digest of the fixed text: it changes whenever the text does."""
+    """Return the digest of the fixed text. It changes with every change of the text."""
     return hashlib.sha256((ROLE + FORM + PROSE + json.dumps(QUESTIONS)).encode()).hexdigest()[:12]

@@ -1,7 +1,7 @@
-"""Reads the scene of a prompt back: the inverse of `scene_text`, for a model of ours behind a chat server.
+"""Parses the scene from a prompt: the inverse of `scene_text`, for a local model behind a chat server.
 
-The prompt rounds to one decimal and leaves numbers out. A scene read from it has an object's place and motion along
-the road only: its velocity and heading across the road are 0, and it is unknown when it moved last.
+The prompt rounds to one decimal and omits numbers. In a parsed scene, objects have a position and motion along the road
+only: their velocity and heading across the road are 0, and the time of their last motion is unknown.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ APPLIES = {"applies": True, "not for us": False, "applies?": None}
 
 
 class PromptError(ValueError):
-    """A text is not the scene of a prompt. The message says which line is wrong."""
+    """The text is not the scene of a prompt. The message says which line is wrong."""
 
 
 def read_prompt(text: str) -> Scene:
@@ -57,7 +57,7 @@ def read_prompt(text: str) -> Scene:
     for number, line in enumerate(text.strip().splitlines(), 1):
         part = _taken(found, part, number, line)
     if "ego" not in found:
-        raise PromptError("the text has no line that begins with `ego:`, so it is not a scene")
+        raise PromptError("not a scene: the text has no line that begins with `ego:`")
     try:
         return Scene.model_validate(found)
     except ValidationError as error:
@@ -65,7 +65,7 @@ def read_prompt(text: str) -> Scene:
 
 
 def _taken(found: dict[str, Any], part: str, number: int, line: str) -> str:
-    """Take one line as `_line` does. Raises `PromptError`."""
+    """Parse one line as `_line` does. Raises `PromptError`."""
     try:
         return _line(found, part, line)
     except (ValueError, TypeError, LookupError, StopIteration) as error:
@@ -73,7 +73,7 @@ def _taken(found: dict[str, Any], part: str, number: int, line: str) -> str:
 
 
 def _line(found: dict[str, Any], part: str, line: str) -> str:
-    """Take one line, and return the part of the text to which the next lines belong."""
+    """Parse one line, and return the section of the text that the next lines belong to."""
     says = PASSENGER.match(line)
     if line.startswith("ego: "):
         found["ego"], found["route_command"], found["speed_limit_mps"] = _ego(_matched(EGO, line))
@@ -97,9 +97,9 @@ def _line(found: dict[str, Any], part: str, line: str) -> str:
         found["lanes"].append(_lane(_matched(LANE, line)))
     elif part == "objects":
         if not re.fullmatch(r"and \d+ more, farther", line):
-            told = _matched(OBJECT, line)
-            found["objects"].append(_object(told, found["ego"]))
-            found["signs"] += [{"word": _word(word), "object_id": told["id"]} for word in _marked(told, SAYS)]
+            fields = _matched(OBJECT, line)
+            found["objects"].append(_object(fields, found["ego"]))
+            found["signs"] += [{"word": _word(word), "object_id": fields["id"]} for word in _marked(fields, SAYS)]
     elif part == CONTROLS and line.startswith("sign "):
         found["signs"].append(_sign(_matched(SIGN, line)))
     elif part == CONTROLS:
@@ -125,46 +125,46 @@ def _threshold_mps(kmh: str | None) -> float:
     return IMMOBILIZED_BELOW_MPS if kmh == "5" else float(str(kmh)) / 3.6
 
 
-def _ego(told: dict[str, str | None]) -> tuple[dict[str, Any], str | None, float | None]:
+def _ego(fields: dict[str, str | None]) -> tuple[dict[str, Any], str | None, float | None]:
     ego = {
-        "speed_mps": _number(told["speed"]),
-        "lane_id": None if told["lane"] == "none" else told["lane"],
-        "lateral_offset_m": _number(told["offset"]),
-        "stopped_for_s": _number(told["stopped"]),
-        "immobilized_below_mps": _threshold_mps(told["slow"]),
-        "progress_20s_m": _number(told["progress"]),
-        "distance_to_destination_m": 0.0 if told["left"] is None else _number(told["left"]),
-        "at_destination": told["left"] is None,
-        "length_m": _number(told["length"]),
-        "width_m": _number(told["width"]),
+        "speed_mps": _number(fields["speed"]),
+        "lane_id": None if fields["lane"] == "none" else fields["lane"],
+        "lateral_offset_m": _number(fields["offset"]),
+        "stopped_for_s": _number(fields["stopped"]),
+        "immobilized_below_mps": _threshold_mps(fields["slow"]),
+        "progress_20s_m": _number(fields["progress"]),
+        "distance_to_destination_m": 0.0 if fields["left"] is None else _number(fields["left"]),
+        "at_destination": fields["left"] is None,
+        "length_m": _number(fields["length"]),
+        "width_m": _number(fields["width"]),
     }
-    return ego, told["route"], _number(told["limit"])
+    return ego, fields["route"], _number(fields["limit"])
 
 
-def _lane(told: dict[str, str | None]) -> dict[str, Any]:
+def _lane(fields: dict[str, str | None]) -> dict[str, Any]:
     return {
-        "id": told["id"],
-        "relation": told["relation"],
-        "direction": "opposite" if told["relation"] == LaneRelation.ONCOMING.value else "same",
-        "kind": told["kind"],
-        "width_m": _number(told["width"]),
-        "line": told["line"],
-        "may_enter": told["closed"] is None and told["relation"] != LaneRelation.EGO.value,
-        "free_ahead_m": _number(told["ahead"]),
-        "free_behind_m": _number(told["behind"]),
-        "sight_ahead_m": _number(told["sight"]),
+        "id": fields["id"],
+        "relation": fields["relation"],
+        "direction": "opposite" if fields["relation"] == LaneRelation.ONCOMING.value else "same",
+        "kind": fields["kind"],
+        "width_m": _number(fields["width"]),
+        "line": fields["line"],
+        "may_enter": fields["closed"] is None and fields["relation"] != LaneRelation.EGO.value,
+        "free_ahead_m": _number(fields["ahead"]),
+        "free_behind_m": _number(fields["behind"]),
+        "sight_ahead_m": _number(fields["sight"]),
         "speed_limit_mps": None,
     }
 
 
-def _object(told: dict[str, str | None], ego: dict[str, Any]) -> dict[str, Any]:
-    gap, length, speed = _number(told["gap"]), _number(told["length"]) or 0.1, _number(told["speed"]) or 0.0
-    left, right = _number(told["left"]) or 0.0, _number(told["right"]) or 0.0
-    marks = (told["marks"] or "").split()
+def _object(fields: dict[str, str | None], ego: dict[str, Any]) -> dict[str, Any]:
+    gap, length, speed = _number(fields["gap"]), _number(fields["length"]) or 0.1, _number(fields["speed"]) or 0.0
+    left, right = _number(fields["left"]) or 0.0, _number(fields["right"]) or 0.0
+    marks = (fields["marks"] or "").split()
     return {
-        "id": told["id"],
-        "kind": told["kind"],
-        "lane": told["lane"],
+        "id": fields["id"],
+        "kind": fields["kind"],
+        "lane": fields["lane"],
         "lane_id": None,
         "gap_m": gap,
         "left_edge_m": left,
@@ -177,35 +177,35 @@ def _object(told: dict[str, str | None], ego: dict[str, Any]) -> dict[str, Any]:
         "vx_mps": speed,
         "vy_mps": 0.0,
         "length_m": length,
-        "width_m": _number(told["width"]) or 0.1,
-        "height_m": _number(told["height"]) or 0.05,
-        "stationary_s": _number(told["stood"]),
+        "width_m": _number(fields["width"]) or 0.1,
+        "height_m": _number(fields["height"]) or 0.05,
+        "stationary_s": _number(fields["stood"]),
         "hazard_lights": "hazard-lights" in marks,
         "emergency_lights": "emergency-lights" in marks,
         "brake_lights": "brake-lights" in marks,
         "door_open": True if "door-open" in marks else None,
-        "gesture": next(iter(_marked(told, SIGNALS)), None),
+        "gesture": next(iter(_marked(fields, SIGNALS)), None),
     }
 
 
-def _marked(told: dict[str, str | None], prefix: str) -> list[str]:
-    """Return the rest of each mark of an object that begins so."""
-    return [mark.removeprefix(prefix) for mark in (told["marks"] or "").split() if mark.startswith(prefix)]
+def _marked(fields: dict[str, str | None], prefix: str) -> list[str]:
+    """Return the rest of each mark of an object that starts with `prefix`."""
+    return [mark.removeprefix(prefix) for mark in (fields["marks"] or "").split() if mark.startswith(prefix)]
 
 
 def _word(mark: str | None) -> str:
     return (mark or "").replace("-", "_")
 
 
-def _sign(told: dict[str, str | None]) -> dict[str, Any]:
-    bearing = _number(told["bearing"])
+def _sign(fields: dict[str, str | None]) -> dict[str, Any]:
+    bearing = _number(fields["bearing"])
     radians = None if bearing is None else math.radians(bearing)
-    return {"word": _word(told["word"]), "distance_m": _number(told["gap"]), "bearing_rad": radians}
+    return {"word": _word(fields["word"]), "distance_m": _number(fields["gap"]), "bearing_rad": radians}
 
 
-def _control(told: dict[str, str | None]) -> dict[str, Any]:
-    applies = APPLIES[told["applies"] or ""]
-    return {"kind": told["kind"], "state": told["state"], "distance_m": _number(told["gap"]), "applies": applies}
+def _control(fields: dict[str, str | None]) -> dict[str, Any]:
+    applies = APPLIES[fields["applies"] or ""]
+    return {"kind": fields["kind"], "state": fields["state"], "distance_m": _number(fields["gap"]), "applies": applies}
 
 
 def _starts(group: str) -> list[dict[str, Any]]:
@@ -215,7 +215,7 @@ def _starts(group: str) -> list[dict[str, Any]]:
     place = iter(words)
     for word in place:
         if not found and word in ("at", "reaches", "dead"):
-            # A place whose id is its lane's is listed without an id.
+            # A waypoint whose id equals its lane's id is listed without an id.
             found.append({"id": lane, "lane_id": lane, "x_m": 0.0, "y_m": 0.0, "distance_m": 0.0})
         if word == "at":
             found[-1]["distance_m"] = found[-1]["x_m"] = float(next(place))

@@ -1,4 +1,4 @@
-"""Language models as reasoners, under the names `openai:MODEL…` and `recorded:FOLDER`."""
+"""Registers language models as reasoners, under the names `openai:MODEL…` and `recorded:FOLDER`."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def _openai(rest: str, exchanges: Path | None) -> Reasoner:
     address, *options = rest.split("#")
     model, _, base_url = address.partition("@")
     if not model:
-        raise ReasonerNameError(f"openai:{shown_address(rest)} names no model: use {help_text()}")
+        raise ReasonerNameError(f"no model in name: openai:{shown_address(rest)}. Use {help_text()}")
     try:
         chat = OpenAiChat(model, base_url or None, parse_options(options), login)
     except ValueError as error:
@@ -30,7 +30,7 @@ def _openai(rest: str, exchanges: Path | None) -> Reasoner:
 
 def _recorded(rest: str, exchanges: Path | None) -> Reasoner:
     if not rest:
-        raise ReasonerNameError(f"recorded: names no folder: use {help_text()}")
+        raise ReasonerNameError(f"no folder in name: recorded:. Use {help_text()}")
     return LanguageModelReasoner(RecordedChat(Path(rest)))
 
 

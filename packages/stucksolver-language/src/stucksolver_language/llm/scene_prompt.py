@@ -19,24 +19,28 @@ from stucksolver.scene import (
 from stucksolver.scene.objects import Gesture
 
 MOST_CHARACTERS = 1300
-"""With the system's text, this keeps the prompt below 2,100 tokens (dense numbers take two characters per token)."""
+"""Longest text of a scene (characters).
+
+With the system's text, this keeps the prompt below 2,100 tokens (dense numbers take two characters per token).
+"""
 LEAST_OBJECTS = 4
+"""Number of nearest objects that are listed even if the text becomes longer than `MOST_CHARACTERS`. Ours."""
 MOST_SIGNS = 4
-"""Signs on no object that are told."""
+"""Maximum number of signs in the prompt that belong to no object. Ours."""
 SIGNALS = "signals-"
-"""Begins the mark for a flagger's gesture."""
+"""Prefix of the mark for a flagger's gesture."""
 SAYS = "says-"
-"""Begins the mark for a word that was read, always one of `SignWord`."""
+"""Prefix of the mark for a word on a sign, always one of `SignWord`."""
 
 
 def scene_text(scene: Scene) -> str:
-    """Return what the model is told about this scene, in m, s and m/s, left positive. Deterministic.
+    """Return the scene as sent to the model, in m, s and m/s, left positive. Deterministic.
 
-    If the text is too long, the farthest objects are left out, and their number is stated.
+    If the text is too long, the farthest objects are omitted, and the text states their number.
     """
     head = [_ego(scene), "lanes (id relation type width line free_ahead/behind seen):"]
     head += [_lane(lane) for lane in scene.lanes if _matters(lane)]
-    tail = _controls(scene) + _starts(scene) + _failed(scene) + _said(scene)
+    tail = _controls(scene) + _starts(scene) + _failed(scene) + _guidance(scene)
     room = MOST_CHARACTERS - sum(len(line) + 1 for line in head + tail)
     return "\n".join(head + _objects(scene, room) + tail)
 
@@ -63,8 +67,8 @@ def _failed(scene: Scene) -> list[str]:
     return ["failed so far:", *(f"{'+'.join(a.behaviors)}: {_short(a.outcome, 120)}" for a in scene.attempts[-3:])]
 
 
-def _said(scene: Scene) -> list[str]:
-    """Return the passenger's words as a JSON string, so that they cannot leave their quotes."""
+def _guidance(scene: Scene) -> list[str]:
+    """Return the passenger's utterance as a JSON string, so that it cannot leave its quotes."""
     if scene.guidance is None:
         return []
     return [f"passenger says {scene.time_s - scene.guidance.time_s:.0f} s ago: {json.dumps(scene.guidance.text)}"]
@@ -90,7 +94,7 @@ def _importance(o: SceneObject) -> float:
 
 
 def _matters(lane: SceneLane) -> bool:
-    """True for lanes that the ego may use: not sidewalks, nor what is not driven on at the far side of the road."""
+    """True for lanes that the ego may use. Excludes sidewalks and nondrivable lanes at the far side of the road."""
     other_side = lane.direction is LaneDirection.OPPOSITE and lane.kind is not LaneKind.DRIVING
     return lane.kind is not LaneKind.SIDEWALK and not other_side
 
@@ -164,7 +168,7 @@ def _waypoint(w: CandidateWaypoint) -> str:
 
 
 def _n(value: float | None) -> str:
-    """Format a number with at most one decimal; `?` if it is unknown."""
+    """Format a number with at most one decimal, or `?` if it is unknown."""
     if value is None:
         return "?"
     text = f"{value:.1f}"

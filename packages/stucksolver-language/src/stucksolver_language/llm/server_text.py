@@ -1,4 +1,4 @@
-"""Makes text of a server fit to be shown and stored: no control sequences, and none of the keys."""
+"""Makes a server's text safe to display and store: removes control sequences and keys."""
 
 from __future__ import annotations
 
@@ -18,21 +18,22 @@ SEQUENCE = re.compile(
 )
 """Control sequences of terminals with their parameters (ECMA-48)."""
 ESCAPE = re.compile(r"(?<!\\)((?:\\\\)*)\\u([0-9a-fA-F]{4})")
-"""A character that JSON writes as an escape."""
-KEPT = "\n\t"
+"""A character as an escape sequence of JSON."""
+LINE_CONTROLS = "\n\t"
 INVISIBLE = frozenset({"Cc", "Cf", "Cs", "Zl", "Zp"})
-"""Unicode categories that are removed: they move the cursor, reverse the direction, or split a word unseen."""
+"""Unicode categories that are removed. They move the cursor, reverse the direction, or split a word invisibly."""
 
 
 def printable(text: str) -> str:
-    """Return a text without control sequences and invisible characters; line breaks and tabs stay."""
+    """Return a text without control sequences and invisible characters. Line breaks and tabs stay."""
     text = SEQUENCE.sub("", text)
-    return "".join(c for c in text if c in KEPT or unicodedata.category(c) not in INVISIBLE)
+    return "".join(c for c in text if c in LINE_CONTROLS or unicodedata.category(c) not in INVISIBLE)
 
 
 def clean(text: str, secrets: Iterable[str] = ()) -> str:
-    """Return a server's text for people: printable, without logins of URLs, without the keys in the environment and
-    the `secrets`.
+    """Return a server's text for people.
+
+    The text is printable and contains no logins of URLs, no keys from the environment and none of the `secrets`.
     """
     text = printable(text)
     for secret in sorted({*secrets, *secrets_here()}, key=len, reverse=True):
@@ -41,7 +42,7 @@ def clean(text: str, secrets: Iterable[str] = ()) -> str:
 
 
 def clean_reply(reply: ChatReply, secrets: Iterable[str] = ()) -> ChatReply:
-    """Return a reply of which every text is clean, also in JSON that writes characters as escapes."""
+    """Return a reply with every text cleaned, also in JSON that writes characters as escape sequences."""
     known = tuple(secrets)
     calls = tuple(
         replace(c, id=clean(c.id, known), name=clean(c.name, known), arguments=_clean_json(c.arguments, known))
@@ -55,12 +56,13 @@ def _clean_json(text: str, secrets: tuple[str, ...]) -> str:
         value = json.loads(text)
         cleaned = _clean_value(value, secrets)
     except (ValueError, RecursionError):
+        # Text that is no JSON is cleaned as plain text.
         return clean(ESCAPE.sub(_unescaped, text), secrets)
     return clean(text, secrets) if cleaned == value else json.dumps(cleaned, ensure_ascii=False)
 
 
 def _unescaped(found: re.Match[str]) -> str:
-    """Return an escaped character as itself, unless JSON needs the escape."""
+    """Return an escaped character unescaped, unless JSON requires the escape."""
     character = chr(int(found[2], 16))
     if character in '"\\\n\t' or 0xD800 <= ord(character) <= 0xDFFF:
         return found[0]

@@ -1,10 +1,9 @@
-"""The functions that a model may call, derived from the decision's types, the offered behaviours and the scene's ids.
+"""The functions that a model may call, derived from the decision's types, the offered behaviors and the scene's ids.
 
-They cannot express an unavailable behaviour, an unknown object or an unknown waypoint. They stay within the subset of
-JSON Schema for strict structured output (every field required, no others, no defaults), except for `maxLength`, which
-is removed for servers that refuse it. What differs between scenes is in the definitions at the end, so that prompt
-caches match the part before. Lists and texts are bounded, since a small model may repeat one item until its tokens
-are used up.
+They cannot express an unavailable behavior, an unknown object or an unknown waypoint. They use the subset of JSON
+Schema for strict structured output (every field required, no others, no defaults), except for `maxLength`, which is
+removed for servers that reject it. Definitions that differ between scenes come last, so that prompt caches match the
+part before. Lists and texts are bounded, since a small model may repeat one item until its tokens are used up.
 """
 
 from __future__ import annotations
@@ -15,13 +14,16 @@ from typing import Any
 from stucksolver.plan import CauseCode, GuidanceIntent, Intent, WaitReason
 from stucksolver.scene import ControlKind, LaneRelation, LightState, ObjectKind, Scene
 from stucksolver_language.llm.chat import Tool
-from stucksolver_language.llm.offered_behaviors import available, known
+from stucksolver_language.llm.offered_behaviors import available, known_behaviors
 
 DECIDE = "decide"
 CHECK_PLAN = "check_plan"
 MOST_BEHAVIORS = 6
+"""Maximum number of behaviors in a plan. Ours."""
 MOST_CONTROLS = 6
+"""Maximum number of traffic controls in an observation. Ours."""
 MOST_PARTICIPANTS = 8
+"""Maximum number of participants in an observation. Ours."""
 MOST_TEXT = 240
 """Longest text (characters): one or two sentences."""
 
@@ -38,7 +40,7 @@ def decide_tool(scene: Scene) -> Tool:
 
 
 def check_tool(scene: Scene) -> Tool:
-    """Return the function that asks the guard about a plan before the model commits to it."""
+    """Return the function that queries the guard about a plan before the model commits to it."""
     parameters = _object({"behaviors": _plan()})
     parameters["$defs"] = _definitions(scene)
     return Tool(CHECK_PLAN, "Ask whether the safety guard would accept these behaviors now.", parameters)
@@ -94,7 +96,7 @@ def _plan() -> Schema:
 
 
 def _behavior(name: str, parameters: Schema) -> Schema:
-    """Return a behaviour's own schema without titles and defaults, its ids restricted to those of the scene."""
+    """Return a behavior's own schema without titles and defaults, its ids restricted to those of the scene."""
     fields = {key: _field(key, value) for key, value in parameters["properties"].items() if key != "name"}
     return _object({"name": {"type": "string", "enum": [name]}, **fields})
 
@@ -119,9 +121,9 @@ def _definitions(scene: Scene) -> Schema:
     offered = {b.name for b in available(scene)}
     return {
         "step": _object({"answer": {"type": ["boolean", "null"]}, "evidence": _text()}),
-        **{b.name: _behavior(b.name, b.parameters) for b in known(scene)},
+        **{b.name: _behavior(b.name, b.parameters) for b in known_behaviors(scene)},
         "steps": _object({name: {"$ref": "#/$defs/step"} for name in steps_of(scene)}),
-        "behavior": {"anyOf": [{"$ref": f"#/$defs/{b.name}"} for b in known(scene) if b.name in offered]},
+        "behavior": {"anyOf": [{"$ref": f"#/$defs/{b.name}"} for b in known_behaviors(scene) if b.name in offered]},
         "route_start": _start(scene),
         "waypoint_id": {"type": "string", "enum": [w.id for w in scene.waypoints] or ["none"]},
         "object_id": {"type": "string", "enum": [o.id for o in scene.objects] or ["none"]},

@@ -1,4 +1,4 @@
-"""The student: a small network of our own that reasons over scenes in milliseconds, on the CPU."""
+"""The student: a small network that reasons over scenes in milliseconds, on the CPU."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from stucksolver_language.student.student_reasoner import DistilledReasoner, Sel
 
 
 def make_distilled(rest: str, exchanges: Path | None = None) -> DistilledReasoner:
-    """Create the student with the weights of a folder, or with those that come with the package.
+    """Create the student with the weights of a folder, or with those in the package.
 
     Raises:
         ReasonerNameError: The weights are missing, or of another version.

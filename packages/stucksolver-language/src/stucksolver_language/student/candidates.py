@@ -1,6 +1,6 @@
-"""The plans that a scene offers: all its behaviours, with parameters on a grid.
+"""The candidate plans of a scene: all its behaviors, with parameters on a grid.
 
-The grid is made from the schemas in the scene, which come from the registry: a new behaviour needs no change here.
+The grid follows from the schemas in the scene, which come from the registry. A new behavior needs no change here.
 """
 
 from __future__ import annotations
@@ -17,44 +17,56 @@ from stucksolver.scene import Scene
 from stucksolver_language.llm.offered_behaviors import available
 
 STEPS, PAIR_STEPS = 2, 1
-"""Values of each number in plans of one and of two behaviours. The guard's bounds are coarser than a finer grid."""
+"""Values of each number in plans of one and of two behaviors.
+
+The guard's bounds are coarser than a finer grid. Ours.
+"""
 GETS_ON_M = 5.0
-"""A plan leads at least this far (m): the detector's own measure of progress. A shorter one ends where it began."""
+"""Shortest distance that a plan must lead (m): the detector's own measure of progress.
+
+A shorter plan would end in the situation in which it began. Without this limit the student moved by plans of half
+a meter.
+"""
 MOST_IDS = 3
-"""Number of objects or waypoints that are tried for each parameter that names one."""
+"""Number of objects or waypoints to try for each parameter that names one. Ours."""
 AWAY_M, AWAY_MPS = (15.0, 20.0), (1.08, 1.8)
-"""How far (m) and how fast (m/s) a short lane change goes before the way back. A search over a wider grid found that
-the guard accepts only short and slow ones where something blocks the other lane as well. At 0.8 m/s a plan
-was given up between the lanes, since too little was seen behind.
+"""Distances (m) and speeds (m/s) of a short lane change before the return.
+
+A search over a wider grid found that the guard accepts only short and slow ones if an object also blocks the other
+lane. At 0.8 m/s a plan was aborted between the lanes, since too little of the rear was visible.
 """
 BACK_M, BACK_MPS, REJOIN_MPS = 15.0, (1.5, 3.93), 4.0
-"""The lane change back (m, m/s), and the speed of `rejoin_route` instead (m/s)."""
+"""Distance (m) and speeds (m/s) of the lane change back, and the speed of `rejoin_route` as its alternative (m/s).
+
+Ours.
+"""
 Values = tuple[Any, ...]
 
 
 def candidates(scene: Scene) -> tuple[RecoveryPlan, ...]:
-    """Return the plans among which the student chooses: each behaviour that moves the vehicle on, alone and after each
-    of those that prepare another one, and short changes of lane with the way back.
+    """Return the plans among which the student chooses.
 
-    Waiting is not among them, since it is a choice of its own.
+    They are each behavior that moves the vehicle on, alone and after each behavior that prepares another one, and short
+    lane changes with a return. Waiting is not among them, since it is a separate choice.
 
     Args:
-        scene: The scene, with the behaviours that the stack offers.
+        scene: The scene, with the behaviors that the stack offers.
     """
     fitting = {item.name for item in available(scene)}
     moving = [item for item in offered(scene, STEPS) if item.name in fitting and not item.stands_still]
     single = [(obj,) for obj in moving if _gets_on(obj)]
     short = [item for item in offered(scene, PAIR_STEPS) if item.name in fitting and not item.stands_still]
     pairs = [(item, two) for item in short if item.prepares for two in short if _gets_on(two)]
-    # A way back need not fit before the ego has left its lane.
+    # The return need not fit before the ego has left its lane.
     returning = [(out, back) for out, back in there_and_back() if out.name in fitting and scene.offers(back.name)]
     return tuple(RecoveryPlan.model_validate({"behaviors": plan}) for plan in (*single, *pairs, *returning))
 
 
 @cache
 def there_and_back() -> tuple[tuple[Behavior, Behavior], ...]:
-    """Return short changes of lane, each with a way back: past something that leaves the other lane free for little
-    more than the ego's length.
+    """Return short lane changes, each with a return.
+
+    They pass an object where the other lane is free for little more than the ego's length.
     """
     found: list[tuple[Behavior, Behavior]] = []
     for side, other in (("left", "right"), ("right", "left")):
@@ -70,7 +82,7 @@ def _lane_change(side: str, distance_m: float, speed_mps: float) -> Behavior:
 
 
 def leads_on(plan: RecoveryPlan) -> bool:
-    """True if a plan can get the vehicle on. One that only backs up, say, would be followed by another of its kind."""
+    """True if a plan can get the vehicle on. After a plan that only backs up, for example, another one is needed."""
     return any(_gets_on(behavior) for behavior in plan.behaviors)
 
 
@@ -79,11 +91,11 @@ def _gets_on(behavior: Behavior) -> bool:
 
 
 def offered(scene: Scene, steps: int) -> tuple[Behavior, ...]:
-    """Return every offered behaviour at every point of the grid.
+    """Return every offered behavior at every point of the grid.
 
     Args:
-        scene: The scene, with the behaviours that the stack offers.
-        steps: How many values of each number to try, spread evenly on a logarithmic scale between its bounds.
+        scene: The scene, with the behaviors that the stack offers.
+        steps: Number of values of each number, spread evenly on a logarithmic scale between its bounds.
     """
     found: list[Behavior] = []
     for item in scene.behaviors:
@@ -101,10 +113,11 @@ def offered(scene: Scene, steps: int) -> tuple[Behavior, ...]:
 
 
 def _parsed(data: dict[str, Any]) -> Behavior | None:
-    """Return the behaviour, or None if the parameters are valid one by one but not together."""
+    """Return the behavior, or None if the parameters are valid individually but not together."""
     try:
         return parse_behavior(data)
     except ValidationError:
+        # The grid combines values freely, and the schema of a parameter says nothing about the others.
         return None
 
 
@@ -140,6 +153,6 @@ def _objects(scene: Scene) -> Values:
 
 
 def _waypoints(scene: Scene) -> Values:
-    """Return ids of the nearest waypoints from which the destination can be reached."""
+    """Return ids of the nearest waypoints from which the destination is reachable."""
     fitting = sorted((w for w in scene.waypoints if w.reaches_destination is not False), key=lambda w: w.distance_m)
     return tuple(w.id for w in fitting)[:MOST_IDS]

@@ -1,4 +1,4 @@
-"""The student's answer as codes: the chain S1 to S3 in at most 60 tokens, and the prose that follows from it.
+"""The student's answer as codes: the chain S1 to S3 in at most 60 tokens, from which the prose follows.
 
 `chain/1 S1 c:red:yes o12:obstructing S2 no no no yes cause:static_obstacle S3 drive_over object_id=12 speed_mps=2`
 """
@@ -16,15 +16,18 @@ from stucksolver.plan import CauseCode, Intent, RecoveryPlan, WaitReason
 from stucksolver.scene import GuidanceIntent
 
 VERSION = 1
+"""Version of the text."""
 HEAD = "chain/"
 FORMAT = f"distilled-{VERSION}"
 """The name under which recorded answers are parsed again."""
 MOST_TOKENS = 60
+"""Longest answer (tokens, separated by spaces). Ours."""
 MOST_CONTROLS, MOST_PARTICIPANTS = 3, 6
+"""Maximum number of controls and of participants in a chain. Ours."""
 
 
 class ChainError(ValueError):
-    """A text is not a chain of this version. The message says what is wrong."""
+    """The text is not a chain of this version. The message says what is wrong."""
 
 
 @dataclass(frozen=True)
@@ -32,13 +35,13 @@ class ReasoningChain:
     """The typed answer.
 
     Attributes:
-        controls: Which of the scene's controls matter, by their number.
-        participants: Ids of the objects that matter, with their intents; nearest first.
-        asked: What the passenger asks for; None if nobody spoke.
+        controls: Numbers of the scene's controls that matter.
+        participants: Ids of the objects that matter, with their intents, nearest first.
+        asked: Intent of the passenger; None without an utterance.
         immobilized: The conclusion of step 2.
-        cause: Why, if it is immobilized.
-        wait: Why waiting is right, if it is.
-        ends: Probability that the wait ends by itself within 10 s, and within 40 s.
+        cause: Cause of the immobilization, or None.
+        wait: Reason why waiting is right, or None.
+        ends: Probability that the wait ends without a plan within 10 s, and within 40 s.
         plan: The decision; None to do nothing.
     """
 
@@ -74,7 +77,7 @@ def write_chain(chain: ReasoningChain) -> str:
 
 
 def read_chain(text: str) -> ReasoningChain:
-    """Return the chain of a text: `read_chain(write_chain(chain)) == chain`, probabilities rounded.
+    """Return the chain of a text: `read_chain(write_chain(chain)) == chain`, except for rounded probabilities.
 
     Raises:
         ChainError: It is not a chain of this version.
@@ -84,16 +87,16 @@ def read_chain(text: str) -> ReasoningChain:
         raise ChainError(f"the answer begins with {text[:20]!r}, not with {HEAD}{VERSION}")
     try:
         item, two, three = (tokens.index(step) for step in ("S1", "S2", "S3"))
-        seen, thought, done = tokens[item + 1 : two], tokens[two + 1 : three], tokens[three + 1 :]
-        told = dict(token.split(":", 1) for token in thought[1:])
-        soon, late = told["ends"].split(":")
+        observed, thought, done = tokens[item + 1 : two], tokens[two + 1 : three], tokens[three + 1 :]
+        fields = dict(token.split(":", 1) for token in thought[1:])
+        soon, late = fields["ends"].split(":")
         return ReasoningChain(
-            controls=tuple(int(token[1:]) for token in seen if token[0] == "c"),
-            participants=tuple(_participant(token) for token in seen if token[0] == "o"),
-            asked=GuidanceIntent(told["asked"]) if "asked" in told else None,
+            controls=tuple(int(token[1:]) for token in observed if token[0] == "c"),
+            participants=tuple(_participant(token) for token in observed if token[0] == "o"),
+            asked=GuidanceIntent(fields["asked"]) if "asked" in fields else None,
             immobilized={"stuck": True, "free": False}[thought[0]],
-            cause=CauseCode(told["cause"]) if "cause" in told else None,
-            wait=WaitReason(told["wait"]) if "wait" in told else None,
+            cause=CauseCode(fields["cause"]) if "cause" in fields else None,
+            wait=WaitReason(fields["wait"]) if "wait" in fields else None,
             ends=(float(soon), float(late)),
             plan=None if done == ["-"] else _plan(done),
         )

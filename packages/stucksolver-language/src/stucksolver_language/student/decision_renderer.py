@@ -1,4 +1,4 @@
-"""Makes a decision, with its prose, of a chain of codes: the measured numbers come from the scene."""
+"""Renders a chain of codes as a decision with prose. The measured numbers come from the scene."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from stucksolver.scene.wording import whereabouts
 from stucksolver_language.student.chain_codec import ChainError, ReasoningChain
 
 HELD_BY = frozenset(WaitReason) - {WaitReason.AT_DESTINATION, WaitReason.UNKNOWN_STOPPED, WaitReason.NO_SAFE_WAY}
-"""Reasons that S2.4 asks for."""
+"""Reasons to wait that belong to question S2.4."""
 
 
 def render(chain: ReasoningChain, scene: Scene) -> Decision:
@@ -58,13 +58,13 @@ def _observation(chain: ReasoningChain, scene: Scene) -> Observation:
         for name, intent in chain.participants
         for o in (objects[name],)
     )
-    seen = [
+    observed = [
         f"{p.kind.value} {p.object_id} ({p.intent.value.replace('_', ' ')}"
         + (f", {whereabouts(p.distance_m)})" if p.distance_m is not None else ")")
         for p in participants
     ]
     return Observation(
-        controls=controls, participants=participants, summary="; ".join(seen) or "nothing relevant in sight"
+        controls=controls, participants=participants, summary="; ".join(observed) or "nothing relevant in sight"
     )
 
 

@@ -1,6 +1,6 @@
 """A scene and its candidate plans as numbers: rows for the ego, objects, lanes, controls and past attempts.
 
-Unknown values are 0 and have a second number that says so. Rows that are not used are masked.
+Unknown values are 0, with a second number that marks them. Unused rows are masked.
 """
 
 from __future__ import annotations
@@ -38,11 +38,14 @@ from stucksolver.scene import (
 from stucksolver_language.student.vocabulary import Vocabulary
 
 VERSION = 1
-"""Increased with every change of the numbers below. Weights of another version are refused."""
+"""Version of the encoding.
+
+It increases with every change of the numbers below. Weights of another version are rejected.
+"""
 MOST = {"objects": 24, "lanes": 8, "controls": 4, "attempts": 4}
-"""Rows of each kind. Farther objects and older attempts are left out."""
+"""Maximum number of rows of each kind. Farther objects and older attempts are omitted. Ours."""
 SLOTS = 4
-"""Behaviours of a plan that are told apart; later ones are not seen."""
+"""Number of behaviors of a plan that are encoded. Later ones are ignored."""
 Floats = NDArray[np.float32]
 
 
@@ -52,7 +55,7 @@ class EncodedScene:
 
     Attributes:
         rows: By kind of row, (rows of that kind, its width); `ego` has one row.
-        mask: True for each row that is used, in the order ego, objects, lanes, controls, attempts.
+        mask: True for each row in use, in the order ego, objects, lanes, controls, attempts.
         ids: Ids of the objects that have a row, in order.
     """
 
@@ -62,7 +65,7 @@ class EncodedScene:
 
 
 def encode(scene: Scene) -> EncodedScene:
-    """Return a scene as numbers. The words count as their reading says, and only if they have one."""
+    """Return a scene as numbers. An utterance counts only through its interpretation."""
     near = sorted(scene.objects, key=_importance)[: MOST["objects"]]
     lists: dict[str, list[list[float]]] = {
         "objects": [_object(o) for o in near],
@@ -86,10 +89,10 @@ def encode_plans(
 ) -> tuple[Floats, NDArray[np.int64]]:
     """Return plans as numbers (n, SLOTS, width), and the rows of the objects that they name (n, SLOTS).
 
-    The row of an object that is not named, or has no row, is the number of object rows.
+    An object without a row, or none at all, is encoded as the number of object rows.
 
     Raises:
-        KeyError: A behaviour is not in the vocabulary.
+        KeyError: A behavior is not in the vocabulary.
     """
     found = np.zeros((len(plans), SLOTS, words.width + 1), np.float32)
     named = np.full((len(plans), SLOTS), MOST["objects"], np.int64)
@@ -98,7 +101,7 @@ def encode_plans(
     for number, plan in enumerate(plans):
         for slot, behavior in enumerate(plan.behaviors[:SLOTS]):
             if behavior not in known:
-                # Plans share behaviours, so each is written only once.
+                # Plans share behaviors, so each behavior is encoded only once.
                 ids_in = (places[v] for k, v in behavior if k.endswith("_id") and v in places)
                 known[behavior] = [*words.row(behavior), 1.0], next(ids_in, MOST["objects"])
             found[number, slot], named[number, slot] = known[behavior]
@@ -200,7 +203,7 @@ def _long(value: float | None) -> list[float]:
 
 
 def _short(value: float, unit: float) -> float:
-    """Return a value on a linear scale near 0, bounded far from it."""
+    """Return a value on a scale that is linear near 0 and bounded far from it."""
     return 3.0 * math.tanh(value / (3.0 * unit))
 
 
@@ -214,7 +217,7 @@ def _importance(o: SceneObject) -> float:
 
 
 def _lane_order(lane: SceneLane) -> tuple[bool, bool]:
-    """Sort key: the lanes that one can drive in before the others."""
+    """Sort key: drivable lanes before the others."""
     return lane.kind is not LaneKind.DRIVING, lane.direction is not LaneDirection.SAME
 
 

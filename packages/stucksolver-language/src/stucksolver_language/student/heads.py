@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 from stucksolver.plan import CauseCode, Intent, WaitReason
 
 VERSION = 1
-"""Increased with every change of this file. Weights of another version are refused."""
+"""Version of the outputs. It increases with every change of this file. Weights of another version are rejected."""
 TIMES_S = (2.0, 5.0, 10.0, 20.0, 40.0)
-"""For these times the network says how likely the wait ends by itself until then (s)."""
+"""Times for which the network gives the probability that the wait has ended without a plan (s). Ours."""
 CAUSES = tuple(CauseCode)
 HOLDS: tuple[WaitReason | None, ...] = (None, *WaitReason)
-"""Why waiting is right; the first answer is that it is not."""
+"""Reasons why waiting is right. The first answer means that waiting is not right."""
 INTENTS: tuple[Intent | None, ...] = (None, *Intent)
-"""What an object is about to do; the first answer is that it does not matter."""
+"""Intents of an object. The first answer means that the object does not matter."""
 OUTPUTS = ("hazard", "cause", "hold", "intent", "accepted", "value", "prior")
 Floats = NDArray[np.float32]
 
@@ -27,13 +27,14 @@ class StudentOutput:
     """The network's outputs for one scene.
 
     Attributes:
-        hazard: Logits of the wait ending in each interval between two of `TIMES_S`, given that it lasts so long (5,).
+        hazard: Logits that the wait ends in each interval between two of `TIMES_S`, given that it lasts until the
+            interval (5,).
         cause: Logits of `CAUSES`.
         hold: Logits of `HOLDS`.
         intent: Logits of `INTENTS` for each row of objects (rows, answers).
-        accepted: Logit for each plan that the guard accepts it (plans,).
-        value: What each plan is worth if it is accepted, in 10 m of progress (plans,).
-        prior: Logits of the plan among all that fits what is wanted here (plans,).
+        accepted: Logit that the guard accepts the plan (plans,).
+        value: Value of each plan if it is accepted, in 10 m of progress (plans,).
+        prior: Logits over all plans: which one fits the request (plans,).
     """
 
     hazard: Floats

@@ -1,4 +1,4 @@
-"""The student's weights in onnxruntime, on the CPU, with the card that says for what they are."""
+"""The student's weights in onnxruntime, on the CPU, with the card that states their versions."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class StudentWeightsError(ValueError):
 
 
 class Versions(FrozenModel):
-    """Versions of what the weights depend on."""
+    """Versions of all that the weights depend on."""
 
     scene_text: int
     features: int
@@ -42,16 +42,16 @@ class Versions(FrozenModel):
 
 
 class Card(FrozenModel):
-    """What the weights are: written by the training, checked before they are used.
+    """Description of the weights, written by the training and checked before use.
 
     Attributes:
         name: Name of the model.
-        versions: Versions with which it was trained.
-        vocabulary: Behaviours and parameters that it knows. Other behaviours are not proposed.
-        temperature: The hazards' logits are divided by this.
+        versions: Versions during training.
+        vocabulary: Behaviors and parameters of the training data. Other behaviors are not proposed.
+        temperature: Divisor of the hazards' logits.
         sha256: Digest of the weights.
-        trained: How it was trained, for people: data, command, seed.
-        scores: How it does on data that it has not seen, for people.
+        trained: Data, command and seed of the training, for people.
+        scores: Scores on held-out data, for people.
     """
 
     name: str
@@ -72,36 +72,39 @@ def read_card(folder: Path) -> Card:
     """Return the card of a folder of weights, if they can be used here.
 
     Raises:
-        WeightsError: There is none, or it belongs to another version.
+        StudentWeightsError: There is none, or it belongs to another version.
     """
     path = folder / CARD
     try:
         card = Card.model_validate_json(path.read_text(encoding="utf-8"))
     except FileNotFoundError as error:
-        raise StudentWeightsError(f"{folder} has no {CARD}: no student is there; {REMEDY}") from error
+        raise StudentWeightsError(f"no student in folder: {folder} has no {CARD}; {REMEDY}") from error
     except (OSError, ValidationError, UnicodeDecodeError) as error:
-        raise StudentWeightsError(f"{path} cannot be read: it is damaged or of another version; {REMEDY}") from error
+        raise StudentWeightsError(f"cannot read file: {path}: it is damaged or of another version; {REMEDY}") from error
     if card.versions != versions():
-        raise StudentWeightsError(f"{path} is for {_said(card.versions)}, and this is {_said(versions())}; {REMEDY}")
+        raise StudentWeightsError(
+            f"wrong version: {path} is for {_version_text(card.versions)}, "
+            f"and this is {_version_text(versions())}; {REMEDY}"
+        )
     gone = [name for name in card.vocabulary.behaviors if name not in REGISTRY]
     if gone:
-        raise StudentWeightsError(f"{path} knows behaviours that do not exist here: {', '.join(gone)}; {REMEDY}")
+        raise StudentWeightsError(f"unknown behaviors in file: {path}: {', '.join(gone)}; {REMEDY}")
     return card
 
 
-def _said(item: Versions) -> str:
+def _version_text(item: Versions) -> str:
     return ", ".join(f"{name} {number}" for name, number in item.model_dump().items())
 
 
 class StudentNetwork:
-    """Answers scenes. May be used from several threads.
+    """Answers scenes. Several threads may use it.
 
     Args:
         folder: Folder of the weights and their card.
-        threads: Cores to use. More than one does not make it faster at this size.
+        threads: Number of cores. More than one gives no speedup at this size.
 
     Raises:
-        WeightsError: The weights cannot be used.
+        StudentWeightsError: The weights cannot be used.
     """
 
     def __init__(self, folder: Path = DATA, threads: int = 1) -> None:
@@ -110,17 +113,17 @@ class StudentNetwork:
         self._lock = threading.Lock()
 
     def answer(self, scene: EncodedScene, plans: Sequence[RecoveryPlan]) -> StudentOutput:
-        """Return the numbers for one scene and its plans; calibrated. The same input always gives the same output.
+        """Return the calibrated outputs for one scene and its plans. The same input always gives the same output.
 
         Raises:
-            KeyError: A plan has a behaviour that is not in the card's vocabulary.
+            KeyError: A plan has a behavior that is not in the card's vocabulary.
         """
         return self.run(scene, *encode_plans(plans, scene.ids, self.card.vocabulary))
 
     def run(self, scene: EncodedScene, rows: features.Floats, named: NDArray[np.int64]) -> StudentOutput:
-        """Return the numbers for one scene and plans that are numbers already, as `encode_plans` returns them."""
+        """Return the outputs for one scene and for plans that are already numbers, as from `encode_plans`."""
         if not len(rows):
-            # The network's shape needs one plan; a row of zeros stands for none.
+            # The network's input needs at least one plan, so a row of zeros replaces an empty list.
             rows = np.zeros((1, *rows.shape[1:]), np.float32)
             named = np.full((1, *named.shape[1:]), features.MOST["objects"], np.int64)
         fed: dict[str, NDArray[Any]] = {kind: table[None] for kind, table in scene.rows.items()}
@@ -134,7 +137,7 @@ class StudentNetwork:
 
 @lru_cache(maxsize=2)
 def _loaded(folder: Path, sha256: str, threads: int) -> Any:
-    """Return the session of a folder's weights: once for all reasoners of a process."""
+    """Return the session of a folder's weights. All reasoners of a process share it."""
     try:
         import onnxruntime
     except ImportError as error:
@@ -142,9 +145,11 @@ def _loaded(folder: Path, sha256: str, threads: int) -> Any:
     try:
         data = (folder / WEIGHTS).read_bytes()
     except OSError as error:
-        raise StudentWeightsError(f"{folder} has no {WEIGHTS}: {error.strerror}; {REMEDY}") from error
+        raise StudentWeightsError(
+            f"no weights in folder: {folder} has no {WEIGHTS}: {error.strerror}; {REMEDY}"
+        ) from error
     if hashlib.sha256(data).hexdigest() != sha256:
-        raise StudentWeightsError(f"{folder / WEIGHTS} is not the file of its card {CARD}; {REMEDY}")
+        raise StudentWeightsError(f"weights do not match their card: {folder / WEIGHTS} and {CARD}; {REMEDY}")
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads = threads
     options.inter_op_num_threads = 1
@@ -153,5 +158,5 @@ def _loaded(folder: Path, sha256: str, threads: int) -> Any:
 
 
 def card_text(card: Card) -> str:
-    """Return a card as it is written."""
+    """Return the text of a card file."""
     return json.dumps(card.model_dump(mode="json"), indent=1) + "\n"

@@ -1,8 +1,8 @@
-"""The student's scene text: a scene as compact rows that can be read back. Stable, and with a version.
+"""The student's scene text: a scene as compact rows that can be parsed again. It is stable and has a version.
 
-The first line is the version, then comes one JSON list per row: a letter, then the values of that row's fields in the
-order of `FIELDS`. Numbers have at most three decimals. The camera's image is left out, and so are the schemas of the
-behaviours, which follow from their names.
+The first line is the version. One JSON list per row follows: a letter, then the values of that row's fields in the
+order of `FIELDS`. Numbers have at most three decimals. The camera's image is omitted, and so are the schemas of the
+behaviors, which follow from their names.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from stucksolver.scene import (
 from stucksolver.scene.base_model import FrozenModel, first_problem
 
 VERSION = 1
-"""Increased with every change of `FIELDS`. A text of another version is refused."""
+"""Version of the text. It increases with every change of `FIELDS`. A text of another version is rejected."""
 HEAD = "stucksolver-scene/"
 
 ROWS: dict[str, tuple[str, type[FrozenModel]]] = {
@@ -38,7 +38,7 @@ ROWS: dict[str, tuple[str, type[FrozenModel]]] = {
     "a": ("attempts", FailedAttempt),
     "g": ("guidance", Guidance),
 }
-"""By letter: the field of the scene that the rows fill, and the type of one row."""
+"""Rows by letter: the field of the scene that they fill, and the type of one row."""
 SINGLE = ("ego", "guidance")
 FIELDS: dict[str, tuple[str, ...]] = {
     "s": ("time_s", "frame", "route_command", "speed_limit_mps", "claims"),
@@ -101,11 +101,11 @@ FIELDS: dict[str, tuple[str, ...]] = {
     "g": ("text", "time_s", "reading"),
 }
 MOST_CHARACTERS = 200_000
-"""Longest text that is read: several hundred objects."""
+"""Longest text that is parsed (characters): several hundred objects."""
 
 
 class SceneTextError(ValueError):
-    """A text is not a scene of this version. The message says which line is wrong, and why."""
+    """The text is not a scene of this version. The message says which line is wrong, and why."""
 
 
 def write_scene(scene: Scene) -> str:
@@ -145,12 +145,12 @@ def read_scene(text: str) -> Scene:
 
 
 def _take(found: dict[str, Any], number: int, line: str) -> None:
-    """Add what one line says to the fields of the scene. Raises `SceneTextError`."""
+    """Add one line to the fields of the scene. Raises `SceneTextError`."""
     try:
         _add(found, line)
     except (ValueError, TypeError, LookupError) as error:
-        said = first_problem(error) if isinstance(error, ValidationError) else str(error)
-        raise SceneTextError(f"line {number}: {said}") from error
+        problem = first_problem(error) if isinstance(error, ValidationError) else str(error)
+        raise SceneTextError(f"line {number}: {problem}") from error
 
 
 def _add(found: dict[str, Any], line: str) -> None:

@@ -1,4 +1,4 @@
-"""The student as a reasoner: it waits where the wait will end by itself, and else proposes the most promising plan."""
+"""The student as a reasoner. It waits if the wait will end without a plan, and otherwise proposes the best plan."""
 
 from __future__ import annotations
 
@@ -38,23 +38,24 @@ from stucksolver_language.student.network import DATA, StudentNetwork
 from stucksolver_language.student.scene_codec import write_scene
 
 DUTIES = frozenset({WaitReason.LIGHT, WaitReason.STOP_SIGN, WaitReason.PEOPLE, WaitReason.YIELD})
-"""Where the rules of the road make the vehicle wait, it waits, however likely the wait is to end."""
+"""Reasons that oblige the vehicle to wait by the rules of the road, no matter when the wait will end."""
 
 
 @dataclass(frozen=True)
 class SelectionPolicy:
-    """How the student chooses. Set by hand; docs/distilled.md says what follows from it.
+    """Rules by which the student chooses. Set manually; docs/distilled.md describes the consequences.
 
     Attributes:
-        soon: A wait that ends within 10 s with at least this probability is waited for.
-        longest_s: After so long a stop it waits no longer, whatever it expects (s): an expectation that is always wrong
-            must not hold the vehicle for ever.
-        margin: A plan is preferred to the rules' plan if it is worth this much more (10 m of progress). With the
-            default the rules' plan comes first: on held-out data the others were worth less where it was accepted.
-        unlikely: A plan that the guard accepts with a smaller probability is not asked about.
-        tried: Number of plans about which the guard is asked.
-        instead: Where the rules ask a person for help, a plan that the guard accepts is proposed instead if it is worth
-            at least this (10 m): less would only move the place at which help is needed.
+        soon: Lowest probability that a wait ends within 10 s, for which the student waits.
+        longest_s: Longest stop for which it waits (s). The limit holds for any prediction: one that is always wrong
+            must not hold the vehicle indefinitely.
+        margin: Lowest advantage in value over the rules' plan from which another plan is preferred (10 m of
+            progress). With the default the rules' plan comes first: on held-out data the others were worth less where
+            it was accepted.
+        unlikely: Lowest probability that the guard accepts a plan, for which the guard is queried.
+        tried: Maximum number of plans about which the guard is queried.
+        instead: Lowest value of an accepted plan that is proposed where the rules request assistance (10 m). A smaller
+            one would only move the position at which help is needed.
     """
 
     soon: float = 0.5
@@ -66,14 +67,14 @@ class SelectionPolicy:
 
 
 class DistilledReasoner:
-    """Reasons with a small network of our own, in milliseconds, on one core of a CPU.
+    """Reasons with a small network, in milliseconds, on one core of a CPU.
 
     Args:
         folder: Folder of the weights and their card.
-        choice: How it chooses.
+        choice: Rules by which it chooses.
 
     Raises:
-        WeightsError: The weights cannot be used here.
+        StudentWeightsError: The weights cannot be used here.
     """
 
     def __init__(self, folder: Path = DATA, choice: SelectionPolicy | None = None) -> None:
@@ -86,7 +87,7 @@ class DistilledReasoner:
         """Return the decision for a scene. The same scene and the same verdicts of the guard give the same answer.
 
         Raises:
-            ReasonerError: The scene cannot be written as text: it has numbers that are none.
+            ReasonerError: The scene cannot be written as text, because it has values that are not numbers.
         """
         began = time.perf_counter()
         try:
@@ -105,8 +106,8 @@ class DistilledReasoner:
         return ReasonerAnswer(decision, self.name, trace)
 
     def _chain(self, request: ReasonerRequest) -> ReasoningChain:
-        scene, said = request.scene, self._rules.decide(request).decision
-        own = said.plan
+        scene, rules_decision = request.scene, self._rules.decide(request).decision
+        own = rules_decision.plan
         known = set(self._network.card.vocabulary.behaviors)
         plans = tuple(p for p in candidates(scene) if known.issuperset(b.name for b in p.behaviors))
         if own is not None and known.issuperset(b.name for b in own.behaviors):
@@ -115,11 +116,11 @@ class DistilledReasoner:
         numbers = self._network.answer(encoded, plans)
         within = ends_within(numbers.hazard)
         ends = round(float(within[2]), 2), round(float(within[4]), 2)
-        wait = self._wait(scene, numbers, ends[0], said.analysis.wait)
-        idle = wait is not None or not _wanted(scene) or _unheld(scene, said)
+        wait = self._wait(scene, numbers, ends[0], rules_decision.analysis.wait)
+        idle = wait is not None or not _wanted(scene) or _unheld(scene, rules_decision)
         plan = None if idle else self._plan(request, plans, numbers, own)
         if wait is None and plan is None and _wanted(scene):
-            wait = said.analysis.wait or WaitReason.NO_SAFE_WAY
+            wait = rules_decision.analysis.wait or WaitReason.NO_SAFE_WAY
         stuck = plan is not None or wait is WaitReason.NO_SAFE_WAY
         asked = None if scene.guidance is None else _asked(scene)
         return ReasoningChain(
@@ -127,19 +128,21 @@ class DistilledReasoner:
             participants=_participants(encoded, numbers),
             asked=asked,
             immobilized=(stuck and scene.ego.is_slow) or loops(scene),
-            cause=_cause(scene, numbers, said.analysis.cause) if stuck and asked is None else None,
+            cause=_cause(scene, numbers, rules_decision.analysis.cause) if stuck and asked is None else None,
             wait=wait,
             ends=ends,
             plan=plan,
         )
 
-    def _wait(self, scene: Scene, numbers: StudentOutput, soon: float, said: WaitReason | None) -> WaitReason | None:
-        """Return why waiting is right, or None if it is not. `said` is what the rules say."""
+    def _wait(
+        self, scene: Scene, numbers: StudentOutput, soon: float, rules_wait: WaitReason | None
+    ) -> WaitReason | None:
+        """Return why waiting is right, or None if it is not. `rules_wait` is the reason that the rules give."""
         if scene.ego.at_destination:
             return WaitReason.AT_DESTINATION
         choice = self._choice
-        if said in DUTIES:
-            return said
+        if rules_wait in DUTIES:
+            return rules_wait
         if scene.guidance is not None or not scene.ego.is_slow:
             return None
         if soon < choice.soon or scene.ego.stopped_for_s > choice.longest_s:
@@ -173,8 +176,9 @@ class DistilledReasoner:
     def _ranked(
         self, scene: Scene, plans: tuple[RecoveryPlan, ...], numbers: StudentOutput, own: RecoveryPlan | None
     ) -> list[RecoveryPlan]:
-        """Return the plans worth asking about, best first. What was tried in this episode comes last, unless the rules
-        propose it again.
+        """Return the plans for the guard, best first.
+
+        Plans that failed before in this intervention come last, unless the rules propose them again.
         """
         accepted = 1.0 / (1.0 + np.exp(-numbers.accepted.astype(np.float64)))
         shares = np.exp(numbers.prior.astype(np.float64) - float(numbers.prior.max()))
@@ -187,7 +191,7 @@ class DistilledReasoner:
             stays = blocked and all(b.stays_behind_blocker for b in plan.behaviors)
             if (accepted[number] < self._choice.unlikely or stays) and not ours:
                 continue
-            # A passenger's words choose the plan; without words what it is worth does.
+            # With guidance, the match with the utterance ranks the plans; without guidance, their value does.
             worth = fits[number] if scene.guidance is not None else float(numbers.value[number])
             score = accepted[number] * worth + (self._choice.margin if ours else 0.0)
             again = not ours and tuple(b.name for b in plan.behaviors) in tried
@@ -196,8 +200,10 @@ class DistilledReasoner:
 
 
 def held_by_law(scene: Scene) -> bool:
-    """True if the rules of the road keep the vehicle where it is, however long it has stood: a light, a closed gate, or
-    someone who goes first. The rules' reasoner asks for help there once the wait is too long.
+    """True if the rules of the road hold the vehicle, however long it has been stopped.
+
+    The reasons are a light, a closed gate, or a road user with right of way. There the rule-based reasoner requests
+    assistance when the wait is too long.
     """
     lead = blocker(scene)
     gated = lead is not None and lead.kind is ObjectKind.CROSSING_GATE
@@ -205,15 +211,15 @@ def held_by_law(scene: Scene) -> bool:
 
 
 def _wanted(scene: Scene) -> bool:
-    """True if something may be done: the passenger asks for it, or the vehicle does not get on."""
+    """True if a plan is permitted: the passenger requests it, or the vehicle makes no progress."""
     if scene.guidance is not None:
         return _asked(scene) in REQUESTS
     return (scene.ego.is_slow or loops(scene)) and not scene.ego.at_destination
 
 
-def _unheld(scene: Scene, said: Decision) -> bool:
-    """True if the rules find nothing that holds the vehicle, nor anything to do, so there is nothing to get past."""
-    nothing = said.plan is None and said.analysis.wait is None
+def _unheld(scene: Scene, rules_decision: Decision) -> bool:
+    """True if the rules find neither a reason to wait nor a plan, so there is nothing to pass."""
+    nothing = rules_decision.plan is None and rules_decision.analysis.wait is None
     return nothing and scene.guidance is None and not loops(scene)
 
 
@@ -222,12 +228,12 @@ def _asked(scene: Scene) -> GuidanceIntent:
     return GuidanceIntent.UNCLEAR if reading is None else reading.intent
 
 
-def _cause(scene: Scene, numbers: StudentOutput, said: CauseCode | None) -> CauseCode:
-    """Return the cause: that of the rules if they know one, else the network's."""
+def _cause(scene: Scene, numbers: StudentOutput, rules_cause: CauseCode | None) -> CauseCode:
+    """Return the cause: that of the rules if they find one, else the network's."""
     if loops(scene):
         return CauseCode.LOOP
-    if said not in (None, CauseCode.UNKNOWN):
-        return said
+    if rules_cause not in (None, CauseCode.UNKNOWN):
+        return rules_cause
     standing = [(logit, item) for logit, item in zip(numbers.cause, CAUSES, strict=True) if item is not CauseCode.LOOP]
     return max(standing, key=lambda pair: pair[0])[1]
 
@@ -239,7 +245,7 @@ def _participants(encoded: EncodedScene, numbers: StudentOutput) -> tuple[tuple[
 
 
 def _parse(text: str, scene: Scene) -> Decision:
-    """Return a recorded answer again as a decision."""
+    """Return a recorded answer as a decision."""
     try:
         return render(read_chain(text), scene)
     except ChainError as error:

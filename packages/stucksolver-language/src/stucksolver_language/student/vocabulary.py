@@ -1,4 +1,4 @@
-"""The names with which plans are written as numbers, derived from the registry of behaviours."""
+"""The names that describe plans as numbers, derived from the registry of behaviors."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from stucksolver.scene.base_model import FrozenModel
 
 
 class Vocabulary(FrozenModel):
-    """Names of behaviours and of their parameters. A network keeps the one with which it was trained in its card.
+    """Names of behaviors and of their parameters. The card of a network contains the one of its training.
 
     Attributes:
-        behaviors: Names of behaviours.
-        numbers: Names of parameters that are numbers or yes-or-no.
+        behaviors: Names of behaviors.
+        numbers: Names of parameters that are numbers or booleans.
         choices: `name=value` of each value of a parameter that is a choice.
     """
 
@@ -24,34 +24,34 @@ class Vocabulary(FrozenModel):
 
     @property
     def width(self) -> int:
-        """How many numbers describe one behaviour."""
+        """Number of values that describe one behavior."""
         return len(self.behaviors) + 2 * len(self.numbers) + len(self.choices)
 
     def row(self, behavior: Behavior) -> list[float]:
-        """Return one behaviour as numbers: its name, each number with a 1 if it is given, and its choices.
+        """Return one behavior as numbers: its name, each number with a 1 if the behavior sets it, and its choices.
 
         Raises:
-            KeyError: The behaviour is not in the vocabulary.
+            KeyError: The behavior is not in the vocabulary.
         """
         if behavior.name not in self.behaviors:
             raise KeyError(behavior.name)
-        given = behavior.model_dump()
-        values = [given.get(name) for name in self.numbers]
+        dumped = behavior.model_dump()
+        values = [dumped.get(name) for name in self.numbers]
         name = [float(behavior.name == item) for item in self.behaviors]
         numbers = [part for v in values for part in ((0.0, 0.0) if v is None else (_scaled(float(v)), 1.0))]
         choices = [
-            float(given.get(key) == value) for key, _, value in (choice.partition("=") for choice in self.choices)
+            float(dumped.get(key) == value) for key, _, value in (choice.partition("=") for choice in self.choices)
         ]
         return [*name, *numbers, *choices]
 
 
 def _scaled(value: float) -> float:
-    """Return a parameter (m, s or m/s, at most 150) as a number of the order of 1."""
+    """Return a parameter (m, s or m/s, at most 150) scaled to the order of 1."""
     return value / (abs(value) + 10.0) * 2.0
 
 
 def vocabulary() -> Vocabulary:
-    """Return the vocabulary of the present registry."""
+    """Return the vocabulary of the current registry."""
     fields = {(name, key): tuple(_parts(schema)) for name, key, schema in _fields()}
     numbers = {k for (_, k), parts in fields.items() if any(p.get("type") in ("number", "boolean") for p in parts)}
     choices = {f"{k}={v}" for (_, k), parts in fields.items() for p in parts for v in p.get("enum", ())}

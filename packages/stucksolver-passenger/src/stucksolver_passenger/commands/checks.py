@@ -1,4 +1,4 @@
-"""Checks of `stucksolver doctor` on the passenger's page."""
+"""Checks of `stucksolver doctor` for the passenger's page."""
 
 from __future__ import annotations
 

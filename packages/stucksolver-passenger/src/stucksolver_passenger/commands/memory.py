@@ -1,4 +1,4 @@
-"""`stucksolver memory`: lists, shows, exports, imports and deletes what is remembered of earlier drives."""
+"""`stucksolver memory`: lists, shows, exports, imports and deletes the entries of a memory file."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from stucksolver_passenger.memory import MemoryFileError, SolutionStore, StoredS
 from stucksolver_passenger.memory.store import DAY_S
 
 WORDS_SHOWN = 44
-"""Number of characters of the passenger's words that `list` prints."""
+"""Longest part of an utterance that `list` prints (characters). Ours."""
 STDIN = Path("-")
 
 
 def add_memory(parser: argparse.ArgumentParser) -> None:
-    """Add `--memory`, which all commands that drive share."""
+    """Add `--memory`, which all commands with a drive share."""
     parser.add_argument(
         "--memory",
         type=Path,
         metavar="FILE",
-        help="remember in this file what was said and done, and propose first what worked; see docs/privacy.md",
+        help="store utterances and tried solutions in this file, and propose first what worked; see docs/privacy.md",
     )
 
 
@@ -60,18 +60,20 @@ def _with_file(parser: argparse.ArgumentParser) -> argparse.ArgumentParser:
 
 
 def _list(options: argparse.Namespace) -> int:
-    kept = SolutionStore(options.file, create=False).episodes()
-    for item in kept:
+    solutions = SolutionStore(options.file, create=False).episodes()
+    for item in solutions:
         print(json.dumps(_data(item), ensure_ascii=False) if options.json else _line(item))
-    if not kept and not options.json:
-        print("nothing is remembered")
+    if not solutions and not options.json:
+        print("the memory is empty")
     return 0
 
 
 def _show(options: argparse.Namespace) -> int:
     item = SolutionStore(options.file, create=False).episode(options.number)
     if item is None:
-        raise UsageError(f"{options.file} has no entry {options.number}; `stucksolver memory list` shows them")
+        raise UsageError(
+            f"no such entry: {options.number}. `stucksolver memory list {options.file}` prints the numbers"
+        )
     print(json.dumps(_data(item), indent=2, ensure_ascii=False))
     return 0
 
@@ -86,7 +88,7 @@ def _import(options: argparse.Namespace) -> int:
     try:
         text = sys.stdin.read() if options.lines == STDIN else options.lines.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        raise UsageError(f"{options.lines} cannot be read: {error}; give a file from `memory export`") from error
+        raise UsageError(f"cannot read file: {options.lines}: {error}. Give a file from `memory export`") from error
     episodes = [_read(options.lines, number, line) for number, line in enumerate(text.splitlines(), 1) if line.strip()]
     store = SolutionStore(options.file)
     for episode in episodes:
@@ -102,13 +104,13 @@ def _read(file: Path, number: int, line: str) -> TriedSolution:
     try:
         return TriedSolution.model_validate_json(line)
     except ValueError as error:
-        raise UsageError(f"{file}, line {number}: not a memory entry; nothing was added") from error
+        raise UsageError(f"not a memory entry: {file}, line {number}. Nothing was added") from error
 
 
 def _forget(options: argparse.Namespace) -> int:
     asked = options.numbers or options.days is not None or options.vehicle is not None or options.all
     if not asked:
-        raise UsageError("forget what? Give numbers of entries, --days, --vehicle or --all")
+        raise UsageError("nothing selected: give entry numbers, --days, --vehicle or --all")
     store = SolutionStore(options.file, create=False)
     if options.all:
         gone = store.forget_all()
@@ -118,7 +120,7 @@ def _forget(options: argparse.Namespace) -> int:
     if options.json:
         print_json({"forgotten": gone})
     else:
-        print(f"{gone} forgotten")
+        print(f"{gone} deleted")
     return 0
 
 
@@ -127,11 +129,13 @@ def _data(solution: StoredSolution) -> dict[str, object]:
 
 
 def _line(solution: StoredSolution) -> str:
-    """Return number, time, vehicle, obstacle, words, solution and ending of an entry as one line."""
+    """Return number, time, vehicle, obstacle, utterance, solution and outcome of an entry as one line."""
     episode = solution.episode
     when = datetime.datetime.fromtimestamp(episode.at_s).strftime("%Y-%m-%d %H:%M")
-    said = "".join(c if c.isprintable() else " " for c in episode.text)
-    said = f'"{said[:WORDS_SHOWN]}{"…" if len(said) > WORDS_SHOWN else ""}"' if said else "(by itself)"
+    utterance = "".join(c if c.isprintable() else " " for c in episode.text)
+    utterance = (
+        f'"{utterance[:WORDS_SHOWN]}{"…" if len(utterance) > WORDS_SHOWN else ""}"' if utterance else "(no guidance)"
+    )
     done = "nothing" if episode.solution is None else episode.solution.name
     what = f"{episode.scene.obstacle}, {episode.scene.motion.value}"
-    return f"{solution.number:>5}  {when}  {episode.vehicle}  {what}: {said} → {done}: {episode.ending.value}"
+    return f"{solution.number:>5}  {when}  {episode.vehicle}  {what}: {utterance} → {done}: {episode.ending.value}"

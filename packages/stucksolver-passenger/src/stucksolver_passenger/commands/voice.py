@@ -52,7 +52,7 @@ def _status(options: argparse.Namespace) -> int:
     if options.json:
         print_json({"folder": folder, "installed": found is not None})
     elif found is None:
-        print(f"{folder}: the recognizer is missing or incomplete; run stucksolver voice install")
+        print(f"recognizer missing or incomplete: {folder}. Run stucksolver voice install")
     else:
         print(f"{folder}: installed")
     return int(found is None)

@@ -1,4 +1,4 @@
-"""A memory of what helped: off by default, only on this machine, and never more than a proposal."""
+"""A memory of successful solutions. It is off by default, stays on this machine, and only makes proposals."""
 
 from stucksolver_passenger.memory.features import SceneFeatures, features_of, similarity
 from stucksolver_passenger.memory.memory import Memory

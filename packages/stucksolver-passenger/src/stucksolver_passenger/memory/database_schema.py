@@ -5,7 +5,7 @@ from __future__ import annotations
 import sqlite3
 
 APPLICATION_ID = 0x53744D65
-""""StMe": written into the file's header, so that other SQLite files are not mistaken for a memory."""
+""""StMe" in the file's header. It distinguishes a memory from other SQLite files."""
 MIGRATIONS = (
     """
     CREATE TABLE episodes (
@@ -22,7 +22,10 @@ MIGRATIONS = (
     CREATE INDEX episodes_by_time ON episodes (at_s);
     """,
 )
-"""Number n leads from version n to n + 1. Only append: users' files have gone through the existing ones."""
+"""Migration number n leads from version n to n + 1.
+
+Only append: existing files of users have already passed the others.
+"""
 
 
 def version_of(connection: sqlite3.Connection) -> int:
@@ -31,11 +34,12 @@ def version_of(connection: sqlite3.Connection) -> int:
 
 
 def migrate(connection: sqlite3.Connection, migrations: tuple[str, ...] = MIGRATIONS) -> None:
-    """Migrate a file, each step completely or not at all, even if another process opens it at the same time."""
+    """Migrate a file. Each step is atomic, even if another process opens the file at the same time."""
     while version_of(connection) < len(migrations):
         connection.execute("BEGIN IMMEDIATE")
         try:
-            # Checked again: another process may have been faster.
+            # The version is read again inside the transaction, because another process may have migrated the
+            # file meanwhile.
             version = version_of(connection)
             if version < len(migrations):
                 for statement in filter(str.strip, migrations[version].split(";")):

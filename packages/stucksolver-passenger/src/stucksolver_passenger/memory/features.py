@@ -1,4 +1,4 @@
-"""Features that say when two scenes are alike: what blocks the way, and which ways are left."""
+"""Features that decide whether two scenes are similar: the obstacle, and the remaining options to pass it."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from stucksolver.scene import (
 from stucksolver.scene.base_model import FrozenModel
 
 NEAR_M = 25.0
-"""Objects further ahead do not hold the vehicle up; the rules' own bound."""
+"""Distance within which an object holds the vehicle (m). The same bound as in the rules."""
 PEOPLE_M = 15.0
-"""People nearer than this count; the rules' own clearance."""
+"""Distance within which pedestrians count (m). The same clearance as in the rules."""
 LIGHT_M = 20.0
-"""A light further ahead does not hold the vehicle up; the rules' own bound."""
+"""Distance within which a traffic light holds the vehicle (m). The same bound as in the rules."""
 BESIDE_M = 40.0
-"""How far ahead the lane beside is checked: about the distance to pass a car and return."""
+"""Length of the adjacent lane that is checked (m): about the distance to pass a car and return. Ours."""
 BEHIND_M = -5.0
-"""An object that begins more than a car's length behind the front bumper is not in the way."""
+"""Longitudinal position of an object's near end, relative to the front bumper, from which it counts (m). Ours."""
 STANDS_MPS = 0.5
-"""A slower object stands; the rules' own bound."""
+"""Speed below which an object counts as stopped (m/s). The same bound as in the rules."""
 ALIKE_SHARE = 0.75
-"""This share of the soft features must agree: five of six do, four of six do not."""
+"""Share of the soft features that must agree: five of six suffice, four of six do not. Ours."""
 HARD = ("obstacle", "motion", "light")
-"""Features in which two scenes must agree, because each asks for another solution."""
+"""Features in which two scenes must agree, because each value requires a different solution."""
 SOFT = ("hazard_lights", "left", "right", "oncoming", "people", "detour")
 
 
@@ -45,23 +45,23 @@ class ObstacleMotion(str, Enum):
 
 
 class LaneState(str, Enum):
-    """State of a lane beside the ego."""
+    """State of a lane adjacent to the ego."""
 
     NONE = "none"
     FREE = "free"
     BUSY = "busy"
-    """It has a vehicle or a person in it that will move on."""
+    """The lane contains a vehicle or a pedestrian that will move on."""
     BLOCKED = "blocked"
-    """It has something in it that stays: an object, or a vehicle with hazard lights."""
+    """The lane contains a static object, or a vehicle with hazard lights."""
 
 
 class SceneFeatures(FrozenModel):
-    """A scene without places, times, images or names: nothing in it says where or with whom it was.
+    """A scene without positions, times, images or names. It does not reveal where or with which person it occurred.
 
     Attributes:
         obstacle: Kind of the nearest object in the path, or `none`.
-        light: State of the light ahead; `none` without one and for a green one, which holds nobody up.
-        people: True if a person, an animal or a cyclist is near ahead.
+        light: State of the light ahead; `none` without one and for a green one, which holds no vehicle.
+        people: True if a pedestrian, an animal or a cyclist is near ahead.
         detour: True if another road leads to the destination from here.
     """
 
@@ -77,7 +77,7 @@ class SceneFeatures(FrozenModel):
 
 
 def features_of(scene: Scene) -> SceneFeatures:
-    """The features of a scene."""
+    """Return the features of a scene."""
     lead = next(iter(scene.in_path_ahead(NEAR_M)), None)
     return SceneFeatures(
         obstacle="none" if lead is None else lead.kind.value,
@@ -101,7 +101,7 @@ def similarity(first: SceneFeatures, second: SceneFeatures) -> float:
 
 
 def alike(first: SceneFeatures, second: SceneFeatures) -> bool:
-    """True if what was learned in one scene counts in the other."""
+    """True if a solution from one scene counts in the other."""
     return similarity(first, second) >= ALIKE_SHARE
 
 
@@ -128,18 +128,18 @@ def _lane(scene: Scene, where: LaneRelation) -> LaneState:
     lane = next((item for item in scene.lanes if item.relation is where), None)
     if lane is None:
         return LaneState.NONE
-    there = [o for o in scene.objects if o.lane_id == lane.id and _beside(o)]
+    there = [o for o in scene.objects if o.lane_id == lane.id and _is_abreast_or_ahead(o)]
     if any(_stays(o) for o in there):
         return LaneState.BLOCKED
     return LaneState.BUSY if there else LaneState.FREE
 
 
-def _beside(o: SceneObject) -> bool:
+def _is_abreast_or_ahead(o: SceneObject) -> bool:
     return o.gap_m is not None and BEHIND_M < o.gap_m < BESIDE_M
 
 
 def _stays(o: SceneObject) -> bool:
-    """True if it will be there however long one waits."""
+    """True if waiting will not remove the object."""
     goes_on = o.kind in MOTOR_VEHICLES | VULNERABLE and not o.hazard_lights
     return not goes_on and abs(o.speed_along_mps) <= STANDS_MPS
 

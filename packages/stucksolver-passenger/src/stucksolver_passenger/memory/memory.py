@@ -1,6 +1,4 @@
-"""`Memory`: the object that a stack switches on. It listens to events, writes in the background, and wraps a
-reasoner.
-"""
+"""`Memory`: the object that a stack adds. It receives events, writes in the background, and wraps a reasoner."""
 
 from __future__ import annotations
 
@@ -26,11 +24,12 @@ Listener = Callable[[Event], None]
 class Memory:
     """A memory in a file, for the vehicles of a process. Several processes may share the file.
 
-    ```python with Memory(Path("memory.db")) as memory:
+    ```python
+    with Memory(Path("memory.db")) as memory:
         solver = StuckSolver(stack.scene, reasoner=memory.before(), on_event=memory.ear("car-1"))
     ```
 
-    It never makes a control loop wait, and a fault of the file never stops a drive: `fault` says what is wrong. `now_s`
+    It never blocks a control loop, and a fault of the file never stops a drive: `fault` contains the error. `now_s`
     returns the seconds since 1970.
 
     Raises:
@@ -40,7 +39,7 @@ class Memory:
     def __init__(self, path: Path, *, now_s: Callable[[], float] = time.time) -> None:
         self.store = SolutionStore(path)
         self.fault: MemoryFileError | None = None
-        """The last problem with the file; None if there is none."""
+        """The last error of the file; None if there is none."""
         self._now_s = now_s
         self._observers: list[OutcomeObserver] = []
         self._waiting: queue.Queue[TriedSolution | None] = queue.Queue()
@@ -48,11 +47,12 @@ class Memory:
         self._writer.start()
 
     def before(self, inner: Reasoner | None = None, limits: WaitLimits | None = None) -> MemoryReasoner:
-        """Return a reasoner that first proposes what has worked, and otherwise asks `inner`.
+        """Return a reasoner that first proposes a solution that worked, and otherwise queries `inner`.
 
         Args:
             inner: The other reasoner; the rules if None.
-            limits: When waiting is right. Give the ladder's (`ladder.waits.limits()`) if it is not the default one.
+            limits: Limits of legitimate waits. Pass the ladder's (`ladder.waits.limits()`) if it is not the
+                default one.
         """
         return MemoryReasoner(inner or RuleReasoner(limits), self._remembered, limits)
 
@@ -74,7 +74,7 @@ class Memory:
         return hear
 
     def close(self) -> None:
-        """End all drives: note what is still open and write everything."""
+        """End all drives: record open interventions and write everything."""
         for observer in self._observers:
             observer.close()
         self._observers.clear()
@@ -91,16 +91,20 @@ class Memory:
         self.close()
 
     def _remembered(self, scene: SceneFeatures) -> tuple[TriedSolution, ...]:
-        """Called by reasoners outside the control loop. Includes everything that ended before the question."""
+        """Return the entries for a scene, for reasoners outside the control loop.
+
+        Includes all that ended before the query.
+        """
         self._waiting.join()
         try:
-            return tuple(kept.episode for kept in self.store.episodes(scene.obstacle))
+            return tuple(stored.episode for stored in self.store.episodes(scene.obstacle))
         except MemoryFileError as error:
+            # The memory is optional: without it the reasoner queries the next one.
             self.fault = error
             return ()
 
     def _write(self) -> None:
-        """The body of the writer's thread."""
+        """Write queued entries, in the writer's thread."""
         while True:
             episode = self._waiting.get()
             try:
@@ -108,6 +112,7 @@ class Memory:
                     return
                 self.store.add(episode)
             except MemoryFileError as error:
+                # The entry is lost, and the thread continues with the next one. `fault` reports the error.
                 self.fault = error
             finally:
                 self._waiting.task_done()

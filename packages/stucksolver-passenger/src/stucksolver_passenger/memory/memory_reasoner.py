@@ -1,4 +1,4 @@
-"""A reasoner that first proposes what has worked in similar scenes, and otherwise asks another one."""
+"""A reasoner that first proposes a solution that worked in similar scenes, and otherwise queries another reasoner."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from stucksolver_passenger.memory.solution import solution_of
 from stucksolver_passenger.memory.tried_solution import TriedSolution
 
 NAME = "memory"
-"""The name in answers that come from the memory."""
+"""Name of the reasoner in answers from the memory."""
 Episodes = Callable[[SceneFeatures], tuple[TriedSolution, ...]]
-"""Returns the episodes with the same obstacle; none if the memory cannot be read."""
+"""Returns the entries with the same obstacle; none if the memory cannot be read."""
 
 
 class MemoryReasoner:
     """Wraps another reasoner on the same rung of the ladder.
 
-    It has no plan of its own: it asks the rules what a remembered solution would be here, and proposes that. So the
-    numbers are those of this scene, and what cannot be done here is not proposed. It answers only if the rules find the
+    It has no plan of its own. It takes the rules' plan for a stored solution in this scene, and proposes that. So the
+    numbers are those of this scene, and impossible solutions are not proposed. It answers only if the rules find the
     vehicle immobilized without a reason to wait, and if the solution has not failed in this intervention.
 
-    Its proposals count as the vehicle's own: they pass the guard without the permission that a passenger's words would
-    give, and an approval that the ladder requires is asked for again.
+    Its proposals count as proposals of the vehicle. The guard checks them without the permission that guidance would
+    give, and the approvals that the ladder requires apply again.
     """
 
     def __init__(self, inner: Reasoner, episodes: Episodes, limits: WaitLimits | None = None) -> None:
@@ -37,11 +37,11 @@ class MemoryReasoner:
 
     @property
     def name(self) -> str:
-        """Name of the other reasoner with the memory before it."""
+        """Name of the other reasoner, with the memory before it."""
         return f"{NAME}, then {self._inner.name}"
 
     def decide(self, request: ReasonerRequest) -> ReasonerAnswer:
-        """Return what worked before, or the other reasoner's answer.
+        """Return a solution that worked before, or the other reasoner's answer.
 
         Raises:
             ReasonerError: The other reasoner has no answer.
@@ -50,7 +50,7 @@ class MemoryReasoner:
         return self._inner.decide(request) if proposed is None else proposed
 
     def cancel(self) -> None:
-        """Tell the other reasoner that its answer is no longer wanted, if it supports that."""
+        """Cancel the other reasoner's query, if it supports that."""
         if isinstance(self._inner, Cancellable):
             self._inner.cancel()
 
@@ -62,7 +62,7 @@ class MemoryReasoner:
         """
         return self._inner.preflight() if isinstance(self._inner, SupportsPreflight) else ()
 
-    # ---- what worked before
+    # ---- solutions that worked before
 
     def _proposed(self, scene: Scene) -> ReasonerAnswer | None:
         base = self._rules.decide(ReasonerRequest(scene)).decision
@@ -75,14 +75,14 @@ class MemoryReasoner:
             if not item.trusted:
                 return None
             if base.plan is not None and solution_of(base.plan) == item.solution:
-                return None  # the rules find it themselves
+                return None  # the rules find it without the memory
             plan = self._plan_for(scene, item)
             if plan is not None and not _was_tried(scene, plan):
                 return _answer(base, item, plan)
         return None
 
     def _plan_for(self, scene: Scene, solution: RecalledSolution) -> RecoveryPlan | None:
-        """Return the rules' plan for a solution in this scene; None if it cannot be done here."""
+        """Return the rules' plan for a solution in this scene; None if the solution is impossible here."""
         asked = Interpretation(
             intent=solution.solution.intent,
             side=solution.solution.side,
@@ -96,13 +96,13 @@ class MemoryReasoner:
 
 
 def _is_wait(reason: WaitReason | None, features: SceneFeatures) -> bool:
-    """True if waiting helps. Nobody needs to yield to an object in the oncoming lane that stays there."""
+    """True if waiting helps. No road user has to yield to a static object in the oncoming lane."""
     lasting = reason is WaitReason.YIELD and features.oncoming is LaneState.BLOCKED
     return reason not in (None, WaitReason.NO_SAFE_WAY) and not lasting
 
 
 def _was_tried(scene: Scene, plan: RecoveryPlan) -> bool:
-    """True if the same was tried in this intervention, with any numbers."""
+    """True if the same solution was tried in this intervention, with any numbers."""
     names = tuple(b.name for b in plan.behaviors)
     return any(attempt.behaviors == names for attempt in scene.attempts)
 
@@ -112,5 +112,5 @@ def _answer(base: Decision, solution: RecalledSolution, plan: RecoveryPlan) -> R
     why = f"memory: {solution.solution.name} worked {rate.worked} of {rate.tries} times in scenes like this one"
     analysis = base.analysis.model_copy(update={"wait": None})
     decision = base.model_copy(update={"analysis": analysis, "plan": plan, "rationale": why})
-    # With the decision itself as its trace, a record of it can be replayed without the memory.
+    # The decision is its own trace, so a record of it can be replayed without the memory.
     return ReasonerAnswer(decision, NAME, ReasonerTrace(answers=(decision.model_dump_json(),)))

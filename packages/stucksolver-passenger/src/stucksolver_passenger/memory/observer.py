@@ -1,4 +1,4 @@
-"""Makes episodes from a solver's events: what was tried in an intervention, for which words, and how it ended."""
+"""Makes memory entries from a solver's events: solutions tried in an intervention, their guidance and outcome."""
 
 from __future__ import annotations
 
@@ -12,13 +12,17 @@ from stucksolver_passenger.memory.solution import Solution, solution_of
 from stucksolver_passenger.memory.tried_solution import SolutionOutcome, TriedSolution
 
 HOW_CHARACTERS = 300
+"""Longest description of a plan in an entry (characters). Ours."""
 CREDITED_WITHIN_S = 60.0
-"""A recovery later than this after a plan's end is not credited to the plan: the evaluation's bound for a recovery."""
+"""Longest time between a plan's end and a recovery for which the plan gets the credit (s).
+
+The same bound as in the evaluation.
+"""
 
 
 @dataclass
 class OpenTrial:
-    """One solution in the open intervention. `begun_s` is when its plan was last begun; None before that."""
+    """One solution in the open intervention. `begun_s` is the last start of its plan; None before the first."""
 
     scene: SceneFeatures
     solution: Solution
@@ -28,27 +32,27 @@ class OpenTrial:
     begun_s: float | None = None
     ended_s: float | None = None
     finished: bool = False
-    """True if its plan finished when it was last begun."""
+    """True if its plan finished after its last start."""
     ending: SolutionOutcome = SolutionOutcome.REFUSED
     how: str = ""
 
 
 @dataclass
 class ObservedIntervention:
-    """What has happened since the intervention began. `last` is the trial whose plan was begun last."""
+    """History of the open intervention. `last` is the trial with the latest start."""
 
     trials: dict[tuple[Solution, bool], OpenTrial] = field(default_factory=dict)
     words: tuple[Guidance, SceneFeatures] | None = None
-    """The last words that asked for something, with the scene in which nothing could be done for them."""
+    """The last guidance with a request, and the scene in which no plan for it was found."""
     decided: OpenTrial | None = None
     last: OpenTrial | None = None
     questions: int = 0
 
 
 class OutcomeObserver:
-    """Receives a solver's events, and passes the episodes of each intervention to `keep` when it is over.
+    """Receives a solver's events, and passes the entries of each intervention to `keep` when it ends.
 
-    It is called from the control loop and does nothing that takes time. `now_s` returns the seconds since 1970.
+    The control loop calls it, so it never blocks. `now_s` returns the seconds since 1970.
     """
 
     def __init__(self, vehicle: str, keep: Callable[[TriedSolution], None], now_s: Callable[[], float]) -> None:
@@ -59,12 +63,12 @@ class OutcomeObserver:
 
     def hear(self, event: Event) -> None:
         """Receive one event."""
-        told = _TOLD.get(event.kind)
-        if told is not None:
-            told(self, event)
+        handler = _HANDLERS.get(event.kind)
+        if handler is not None:
+            handler(self, event)
 
     def close(self) -> None:
-        """End the drive. A plan that has not got the vehicle moving has failed; one that still runs is unfinished."""
+        """End the drive. A plan without a recovery has failed; a running one is unfinished."""
         self._write()
 
     # ---- events
@@ -91,7 +95,7 @@ class OutcomeObserver:
     def _started(self, event: Event) -> None:
         trial = self._under_way.decided
         if trial is None:
-            self._under_way.last = None  # the way to the roadside
+            self._under_way.last = None  # the path to the roadside
             return
         trial.begun_s, trial.ended_s, trial.finished = event.time_s, None, False
         trial.ending, trial.how = SolutionOutcome.UNFINISHED, ""
@@ -104,7 +108,7 @@ class OutcomeObserver:
             trial.finished = event.kind is EventKind.FINISHED
 
     def _recovered(self, event: Event) -> None:
-        """Credit the plan that was begun last, unless it was given up or ended long ago."""
+        """Credit the plan with the latest start, unless it was aborted or ended long ago."""
         trial = self._under_way.last
         if trial is None:
             return
@@ -128,13 +132,13 @@ class OutcomeObserver:
             trial.how = event.text
 
     def _stopped(self, event: Event) -> None:
-        """Help was called: nothing that was tried before got the vehicle moving."""
+        """Record a call for help: no earlier plan led to a recovery."""
         self._under_way.last = None
 
     def _closed(self, event: Event) -> None:
         trial = self._under_way.last
         if trial is not None and trial.finished and trial.words is not None:
-            # A request carried out while the vehicle was not immobilized: there is nothing to recover from.
+            # A request without immobilization was executed, so there is nothing to recover from.
             trial.ending = SolutionOutcome.WORKED
         self._write()
 
@@ -178,7 +182,7 @@ class OutcomeObserver:
         )
 
 
-_TOLD: dict[EventKind, Callable[[OutcomeObserver, Event], None]] = {
+_HANDLERS: dict[EventKind, Callable[[OutcomeObserver, Event], None]] = {
     EventKind.DECIDED: OutcomeObserver._decided,
     EventKind.STARTED: OutcomeObserver._started,
     EventKind.FINISHED: OutcomeObserver._ended,

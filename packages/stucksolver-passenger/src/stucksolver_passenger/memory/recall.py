@@ -1,4 +1,4 @@
-"""Finds solutions of similar scenes with their success rates, the surest first."""
+"""Finds solutions of similar scenes with their success rates, the most certain first."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from stucksolver_passenger.memory.success_rate import PROPOSED_FROM, SuccessRate
 from stucksolver_passenger.memory.tried_solution import COUNTED, SolutionOutcome, TriedSolution
 
 UNNAMED_WISHES = frozenset({GuidanceIntent.GO})
-"""Words that ask to move on without saying how: anything that worked in a similar scene answers them."""
+"""Intents to move on without a specific solution. Any solution that worked in a similar scene matches them."""
 
 
 @dataclass(frozen=True)
@@ -31,10 +31,10 @@ class RecalledSolution:
 def recall(
     episodes: Iterable[TriedSolution], scene: SceneFeatures, reading: Interpretation | None = None
 ) -> tuple[RecalledSolution, ...]:
-    """Return solutions of scenes like `scene`, the surest first.
+    """Return solutions of scenes similar to `scene`, the most certain first.
 
-    With a passenger's `reading`, only solutions that match it are returned: the same request, on the same side if one
-    was named. Words that only ask to move on match all of them.
+    With a passenger's `reading`, only matching solutions are returned: the same request, and the same side if the
+    passenger named one. A request only to move on matches all of them.
     """
     rates: dict[Solution, SuccessRate] = {}
     for episode in episodes:
@@ -49,7 +49,7 @@ def recall(
 
 
 def means(reading: Interpretation, solution: Solution) -> bool:
-    """True if the solution is what the words ask for."""
+    """True if the solution is what the passenger requests."""
     if reading.intent not in REQUESTS or reading.negated:
         return False
     if reading.intent in UNNAMED_WISHES:

@@ -1,4 +1,4 @@
-"""A solution: what was done, without its numbers, because another scene needs other numbers."""
+"""A solution: the kind of a plan, without its numbers, because another scene needs other numbers."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from stucksolver.scene.base_model import FrozenModel
 
 
 class Solution(FrozenModel):
-    """What was done to move on. `side` is set only if a side was used."""
+    """Kind of a plan that moves the vehicle on. `side` is set only if the plan used a side."""
 
     intent: GuidanceIntent
     side: Side | None = None
@@ -21,9 +21,9 @@ class Solution(FrozenModel):
 
 
 def solution_of(plan: RecoveryPlan) -> Solution | None:
-    """Return what a plan does, named after its most significant behavior: a vehicle that backs up to pass overtakes.
+    """Return the solution of a plan; None for a plan that only waits, stops or calls.
 
-    None for a plan that only waits, stops or calls.
+    The most significant behavior names it: a vehicle that backs up in order to pass overtakes.
     """
     if plan.replan_route and not any(behavior.outranks_replan for behavior in plan.behaviors):
         return Solution(intent=GuidanceIntent.REROUTE)

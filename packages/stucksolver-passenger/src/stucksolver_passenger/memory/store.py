@@ -1,4 +1,4 @@
-"""The file: episodes in SQLite, safe against crashes, concurrent processes, a full disk, and unlimited growth."""
+"""The memory file: entries in SQLite, safe against crashes, concurrent processes, a full disk and unlimited growth."""
 
 from __future__ import annotations
 
@@ -16,30 +16,35 @@ from stucksolver_passenger.memory.database_schema import APPLICATION_ID, MIGRATI
 from stucksolver_passenger.memory.tried_solution import TriedSolution
 
 MOST_EPISODES = 10_000
-"""The oldest are dropped when there are more: some 20 MB of file."""
+"""Maximum number of entries (about 20 MB of file). The oldest are deleted first. Ours."""
 MOST_DAYS = 365
-"""Older episodes are dropped: streets and cars change, and nobody's words should be kept for ever."""
+"""Maximum age of an entry (days).
+
+Older ones are deleted: streets and cars change, and utterances must not be stored indefinitely. Ours.
+"""
 MOST_PAGES = 16_384
-"""The file never grows beyond 64 MB."""
+"""Maximum number of pages: the file never exceeds 64 MB. Ours."""
 BUSY_S = 5.0
-"""How long to wait for another process that writes."""
+"""Time to wait for another process that writes (s). Ours."""
 DAY_S = 86_400.0
 
 
 class MemoryFileError(Exception):
-    """A memory's file cannot be used. The message names the file, what is wrong, and what to do."""
+    """A memory's file cannot be used. The message names the file, the error and the remedy."""
 
 
 @dataclass(frozen=True)
 class StoredSolution:
-    """An episode with its number in the file."""
+    """An entry with its number in the file."""
 
     number: int
     episode: TriedSolution
 
 
 class SolutionStore:
-    """Opens a memory's file, or makes one (mode 0600, also if it existed). Every method may raise `MemoryFileError`.
+    """Opens a memory's file, or creates one (mode 0600, also for an existing file).
+
+    Any method may raise `MemoryFileError`.
 
     Each call has its own connection, so any thread and any process may call at any time. Deleted data is overwritten in
     the file. With `create` False, a missing file is an error.
@@ -53,16 +58,14 @@ class SolutionStore:
         self._most_pages = most_pages
         if not path.exists():
             if not create:
-                raise MemoryFileError(f"{path}: no such memory file; name the file that was given as --memory")
+                raise MemoryFileError(f"no such memory file: {path}. Name the file from --memory")
             self._make()
         self._make_private()
         with self._open() as connection:
             migrate(connection)
 
     def add(self, episode: TriedSolution) -> int:
-        """Store an episode and return its number. Old episodes are dropped if there are too many or they are too
-        old.
-        """
+        """Store an entry and return its number. Deletes old entries beyond the limits of number and age."""
         row = (
             episode.at_s,
             episode.vehicle,
@@ -81,14 +84,14 @@ class SolutionStore:
             return int(added.lastrowid or 0)
 
     def episodes(self, obstacle: str | None = None) -> tuple[StoredSolution, ...]:
-        """Return all episodes, oldest first; only those with this kind of `obstacle` if one is given."""
+        """Return all entries, oldest first. With `obstacle`, return only those with this kind of obstacle."""
         where, values = ("", ()) if obstacle is None else (" WHERE obstacle = ?", (obstacle,))
         with self._open() as connection:
             rows = connection.execute(f"SELECT id, episode FROM episodes{where} ORDER BY id", values).fetchall()
         return tuple(StoredSolution(int(number), self._read(int(number), text)) for number, text in rows)
 
     def episode(self, number: int) -> StoredSolution | None:
-        """Return one episode; None if there is none with this number."""
+        """Return one entry; None if the number does not exist."""
         with self._open() as connection:
             row = connection.execute("SELECT id, episode FROM episodes WHERE id = ?", (number,)).fetchone()
         return None if row is None else StoredSolution(int(row[0]), self._read(int(row[0]), row[1]))
@@ -96,12 +99,12 @@ class SolutionStore:
     def forget(
         self, *, numbers: tuple[int, ...] = (), before_s: float | None = None, vehicle: str | None = None
     ) -> int:
-        """Delete episodes, and return how many there were. Nothing of them is left in the file.
+        """Delete entries, and return their number. Nothing of them remains in the file.
 
         Args:
-            numbers: Their numbers.
-            before_s: All before this time (s since 1970).
-            vehicle: All of this vehicle.
+            numbers: Numbers of the entries.
+            before_s: Delete all entries before this time (s since 1970).
+            vehicle: Delete all entries of this vehicle.
         """
         with self._open() as connection:
             gone = 0
@@ -116,7 +119,7 @@ class SolutionStore:
             return gone
 
     def forget_all(self) -> int:
-        """Delete everything, and return how many episodes there were."""
+        """Delete all entries, and return their number."""
         with self._open() as connection:
             with self._writing(connection):
                 gone = connection.execute("DELETE FROM episodes").rowcount
@@ -126,16 +129,16 @@ class SolutionStore:
     # ---- the file
 
     def _make(self) -> None:
-        """Make an empty file that only its owner may read, because it holds what people said."""
+        """Create an empty file that only its owner may read, because it contains utterances."""
         try:
             os.close(os.open(self.path, os.O_CREAT | os.O_WRONLY, 0o600))
         except OSError as error:
             raise MemoryFileError(
-                f"{self.path}: the memory cannot be made: {error.strerror}; name a file in a folder that can be written"
+                f"cannot create memory file: {self.path}: {error.strerror}. Name a file in a writable folder"
             ) from error
 
     def _make_private(self) -> None:
-        """Take a file that existed before, with its two helper files, away from everybody but its owner."""
+        """Restrict an existing file and its two helper files to its owner."""
         try:
             for suffix in ("", "-wal", "-shm"):
                 path = self.path.with_name(self.path.name + suffix)
@@ -143,7 +146,7 @@ class SolutionStore:
                     make_private(path)
         except OSError as error:
             raise MemoryFileError(
-                f"{self.path}: others may read it, and that cannot be changed: {error.strerror}; name a file of yours"
+                f"cannot restrict access to file: {self.path}: {error.strerror}. Name a file that you own"
             ) from error
 
     @contextmanager
@@ -154,7 +157,7 @@ class SolutionStore:
             self._prepare(connection)
             yield connection
         except sqlite3.Error as error:
-            raise MemoryFileError(f"{self.path}: {_said(error)}") from error
+            raise MemoryFileError(f"{self.path}: {_error_text(error)}") from error
         finally:
             if connection is not None:
                 connection.close()
@@ -165,14 +168,14 @@ class SolutionStore:
         empty = connection.execute("SELECT count(*) FROM sqlite_master").fetchone()[0] == 0
         if known != APPLICATION_ID:
             if not empty or version:
-                raise MemoryFileError(f"{self.path}: this is not a StuckSolver memory; name another file")
+                raise MemoryFileError(f"not a StuckSolver memory: {self.path}. Name another file")
             connection.execute(f"PRAGMA application_id = {APPLICATION_ID}")
         if version > len(MIGRATIONS):
             raise MemoryFileError(
-                f"{self.path}: written by a newer StuckSolver (version {version} of the file, {len(MIGRATIONS)} is "
-                "known here); update StuckSolver, or name another file"
+                f"memory file of a newer StuckSolver: {self.path}: version {version}, "
+                f"supported up to {len(MIGRATIONS)}. Update StuckSolver, or name another file"
             )
-        # A crash loses at most the episode being written, and readers never wait for a writer.
+        # With this mode a crash loses at most the entry being written, and readers never wait for a writer.
         if connection.execute("PRAGMA journal_mode").fetchone()[0] != "wal":
             connection.execute("PRAGMA journal_mode = WAL")
         connection.execute("PRAGMA synchronous = NORMAL")
@@ -191,7 +194,10 @@ class SolutionStore:
         connection.execute("COMMIT")
 
     def _scrub(self, connection: sqlite3.Connection) -> None:
-        """Remove deleted data from free pages and from the write-ahead log."""
+        """Remove deleted data from free pages and from the write-ahead log.
+
+        The order matters: VACUUM writes to the log, which the checkpoint then truncates.
+        """
         connection.execute("VACUUM")
         connection.execute("PRAGMA wal_checkpoint(TRUNCATE)")
 
@@ -201,22 +207,22 @@ class SolutionStore:
         except ValidationError as error:
             what = error.errors()[0]
             raise MemoryFileError(
-                f"{self.path}: episode {number} cannot be read ({what['msg']}); delete it with "
+                f"cannot read entry {number} of file: {self.path}: {what['msg']}. Delete it with "
                 f"`stucksolver memory forget {self.path} {number}`"
             ) from error
 
 
-def _said(error: sqlite3.Error) -> str:
-    """Return what is wrong with a file and what to do about it."""
+def _error_text(error: sqlite3.Error) -> str:
+    """Return the error of a file and the remedy."""
     text = str(error)
     if "not a database" in text:
-        return "this is not a StuckSolver memory; name another file"
+        return "not a StuckSolver memory. Name another file"
     if "malformed" in text or "corrupt" in text:
-        return "the file is damaged; restore a copy of it, or move it away and start a new one"
+        return "the file is damaged. Restore a copy of it, or move it away and start a new one"
     if "full" in text:
-        return "the disk, or the memory itself, is full; make room, or forget something (`stucksolver memory forget`)"
+        return "the disk or the memory is full. Free space, or delete entries (`stucksolver memory forget`)"
     if "locked" in text or "busy" in text:
-        return f"another program has been writing for {BUSY_S:g} s; try again when it has ended"
+        return f"another program has been writing for {BUSY_S:g} s. Try again when it has ended"
     if "readonly" in text or "unable to open" in text:
-        return "the file, or its folder, cannot be written; change that, or name another file"
-    return f"{text}; name another file"
+        return "the file or its folder is not writable. Change that, or name another file"
+    return f"{text}. Name another file"

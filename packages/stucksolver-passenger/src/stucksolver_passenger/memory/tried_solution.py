@@ -1,4 +1,4 @@
-"""An episode: one solution that was tried in one intervention."""
+"""An entry of the memory: one solution that was tried in one intervention."""
 
 from __future__ import annotations
 
@@ -13,32 +13,32 @@ from stucksolver_passenger.memory.solution import Solution
 
 
 class SolutionOutcome(str, Enum):
-    """How it ended."""
+    """Outcome of a solution."""
 
     WORKED = "worked"
-    """It was executed last, and the vehicle recovered."""
+    """The plan was executed last, and the vehicle recovered."""
     FAILED = "failed"
-    """It was given up, or executed without the vehicle moving on."""
+    """The plan was aborted, or executed without progress of the vehicle."""
     REFUSED = "refused"
-    """The guard, or a person whose approval it needed, refused it."""
+    """The guard rejected the plan, or a person declined its approval."""
     UNFINISHED = "unfinished"
-    """The drive ended first: its result is unknown."""
+    """The drive ended first, so the result is unknown."""
 
 
 COUNTED = frozenset({SolutionOutcome.WORKED, SolutionOutcome.FAILED, SolutionOutcome.REFUSED})
-"""Endings that count for or against a solution."""
+"""Outcomes that count for or against a solution."""
 
 
 class TriedSolution(FrozenModel):
-    """One solution that was tried, and how it ended.
+    """One solution that was tried, and its outcome.
 
     Attributes:
         at_s: Time in seconds since 1970.
         vehicle: The vehicle's name in its stack.
         scene: Features of the scene.
-        text: The passenger's words for it; empty if the vehicle tried it by itself.
-        reading: How the words were understood; None without words.
-        solution: None if nothing was tried in spite of the words.
+        text: The passenger's utterance; empty if the solution followed no guidance.
+        reading: Interpretation of the utterance; None without one.
+        solution: None if nothing was tried in spite of guidance.
         proposer: Name of the reasoner.
         questions: Number of questions to people in the intervention before it ended.
     """
@@ -55,9 +55,9 @@ class TriedSolution(FrozenModel):
     how: str = Field(default="", max_length=300)
     questions: int = Field(default=0, ge=0)
     took_s: float | None = None
-    """From the start of the plan to its end or the recovery (s, the vehicle's clock)."""
+    """Time from the start of the plan to its end or the recovery (s, the vehicle's clock)."""
 
     @property
     def guided(self) -> bool:
-        """True if it followed a passenger's words."""
+        """True if it followed guidance of a passenger."""
         return self.reading is not None

@@ -1,4 +1,4 @@
-"""The car's sentences for people: one table per closed list of codes, and the functions that fill the blanks."""
+"""The car's sentences for people: one table per closed list of codes, and the functions that fill in the details."""
 
 from stucksolver_passenger.sentences.acknowledgements import acknowledged
 from stucksolver_passenger.sentences.nouns import noun, noun_of, nouns

@@ -1,4 +1,4 @@
-"""The car's first answers to words, before it has checked whether it can do what they ask."""
+"""The car's first reply to an utterance, before it has checked whether the request is possible."""
 
 from __future__ import annotations
 
@@ -36,24 +36,24 @@ CLAIMS: dict[Claim, str] = {
     Claim.HURRY: "I understand. I will not wait for others longer than I must, but I take no risks.",
     Claim.NO_HURRY: "Thank you. I will take my time.",
 }
-"""The answer to words that ask for nothing but claim something about the world. The first claim counts."""
+"""Replies to an utterance that contains a claim about the world but no request. The first claim counts."""
 ASKED_BACK = "I did not understand that. Shall I wait, drive on, go round it, or take another way?"
 YES_OR_NO = "I did not understand that. Please answer with yes or no."
 NOBODY_READS = "I could not read your words. Please try again, or use the buttons."
-"""If the reader of words was too late, failed, or is not installed."""
+"""The interpreter was too late, failed, or is not installed."""
 
 NOTHING_TO_STOP = (
     "All right, I will not begin anything new. I will keep to our route; ask me to pull over if I should stop."
 )
-"""For a call to stop while no plan runs and the car drives: its own driver continues."""
+"""Reply to a call to stop while no plan runs and the car drives: its own driving stack continues."""
 
 
 def acknowledged(reading: Interpretation) -> str:
-    """Return the first answer to words that were read."""
+    """Return the first reply to an interpreted utterance."""
     if reading.intent is GuidanceIntent.NONE and reading.claims and not reading.negated:
         return CLAIMS[reading.claims[0]]
     side = "" if reading.side is None else f" on the {reading.side.value}"
-    said = INTENTS[reading.intent].format(side=side)
+    sentence = INTENTS[reading.intent].format(side=side)
     if reading.limits is None or reading.intent not in REQUESTS:
-        return said
-    return said.replace(f". {SEE}", f" ({reading.limits.description}). {SEE}")
+        return sentence
+    return sentence.replace(f". {SEE}", f" ({reading.limits.description}). {SEE}")

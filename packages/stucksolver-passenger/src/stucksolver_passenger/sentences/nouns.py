@@ -32,7 +32,7 @@ SOMEBODY = "somebody"
 SOMETHING = "something"
 NUMBERS = ("no", "one", "two", "three", "four", "five")
 COUNTED = frozenset(THINGS) - {ObjectKind.LITTER, ObjectKind.DEBRIS}
-"""Kinds that are counted."""
+"""Kinds with a plural."""
 
 
 def noun(kind: ObjectKind) -> str:
@@ -53,7 +53,7 @@ def nouns(kinds: Sequence[ObjectKind]) -> str:
 
 
 def noun_of(object_id: str | None, scene: Scene | None, otherwise: str = SOMEBODY) -> str:
-    """Return the word for an object of a scene; `otherwise` if it is not in the scene."""
+    """Return the word for an object of a scene; `otherwise` if the scene does not contain it."""
     found = () if scene is None or object_id is None else scene.objects
     return next((noun(item.kind) for item in found if item.id == object_id), otherwise)
 

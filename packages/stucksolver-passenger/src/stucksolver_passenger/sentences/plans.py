@@ -1,4 +1,4 @@
-"""Sentences that say what a plan does, in the future and while it is done."""
+"""Sentences about a plan, in the future and during its execution."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from stucksolver.plan.behaviors import Behavior
 
 
 def future_phrase(plan: RecoveryPlan) -> str:
-    """Return what the plan does, to complete "I will": its parts in order."""
+    """Return the parts of a plan in order, to complete "I will"."""
     parts = list(dict.fromkeys(_filled(behavior.phrase.future, behavior) for behavior in plan.behaviors))
     return parts[0] if len(parts) == 1 else ", then ".join([", ".join(parts[:-1]), parts[-1]])
 
 
 def present_phrase(behavior: Behavior) -> str:
-    """Return what is being done: `I am going round it on the left.`"""
+    """Return the behavior in execution: `I am going round it on the left.`"""
     return f"I am {_filled(behavior.phrase.present, behavior)}."
 
 

@@ -14,27 +14,27 @@ NEEDS: dict[str, str] = {
     "flagger": "I would pass someone who directs the traffic.",
     "red_light": "I would drive through a red light.",
 }
-"""What a yes would release beyond the plan's own words: the guard's rules. A behavior has its own `approval_note`."""
+"""Approvals beyond the plan's own phrase: rules of the guard. A behavior has its own `approval_note`."""
 
 ADVICE = "I cannot get any further by myself. What shall I do?"
 ASSISTANCE = "I have stopped, and I need help. May I try again?"
 
 
 def needed(names: tuple[str, ...]) -> tuple[str, ...]:
-    """Return a sentence for each thing that a yes would release.
+    """Return a sentence for each approval that a yes includes.
 
     Raises:
         KeyError: There is no sentence for a name.
     """
     unknown = [name for name in names if name not in NEEDS and name not in REGISTRY]
     if unknown:
-        raise KeyError(f"nothing is said of {', '.join(unknown)}: add it to NEEDS")
+        raise KeyError(f"no sentence for: {', '.join(unknown)}. Add it to NEEDS")
     notes = (NEEDS[name] if name in NEEDS else REGISTRY[name].approval_note for name in names)
     return tuple(note for note in notes if note is not None)
 
 
 def question_text(question: Question) -> str:
-    """Return the question in words for people, made from its plan and codes; its own text is the solver's."""
+    """Return the question for people, made from its plan and codes. Its own text is the solver's."""
     if question.kind is QuestionKind.ADVICE:
         return ADVICE
     if question.kind is QuestionKind.ASSISTANCE or question.plan is None:

@@ -1,4 +1,4 @@
-"""Sentences that say why the car waits, and what blocks it."""
+"""Sentences about the reason of a wait, and about the obstacle."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ WAITS: dict[WaitReason, tuple[str, str]] = {
     ),
     WaitReason.NO_SAFE_WAY: ("{Thing} is in my way, and I see no safe way past it.", "I will keep looking for one."),
 }
-"""What is going on, and what comes next."""
+"""Current situation, and next action."""
 
 CAUSES: dict[CauseCode, str] = {
     CauseCode.PARKED_VEHICLE: "A parked {bare} blocks my lane.",
@@ -30,17 +30,17 @@ CAUSES: dict[CauseCode, str] = {
     CauseCode.UNKNOWN: "I am making no progress, and I do not know why.",
 }
 NEAR_M = 60.0
-"""Objects further ahead do not hold the car up."""
+"""Distance within which an object holds the car (m). Ours."""
 
 
 def waiting(reason: WaitReason, scene: Scene | None) -> tuple[str, str]:
-    """Return what the car waits for, and what it will do then."""
+    """Return the reason of the wait, and the next action."""
     now, then = WAITS[reason]
     return _filled(now, scene), _filled(then, scene)
 
 
 def blocked_by(cause: CauseCode | None, scene: Scene | None) -> str:
-    """Return what immobilizes the car."""
+    """Return the cause of the immobilization."""
     return _filled(CAUSES[cause or CauseCode.UNKNOWN], scene)
 
 

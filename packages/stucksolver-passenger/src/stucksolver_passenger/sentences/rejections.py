@@ -1,4 +1,4 @@
-"""Sentences that say why the car cannot do something, and when it will try again."""
+"""Sentences about the reason of a rejection, and about the next try."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ OTHERWISE = "I will look for another way."
 
 @dataclass(frozen=True)
 class RejectionText:
-    """`why` completes "I can't: ..."; `then` says what follows. `{who}` is who or what is in the way."""
+    """`why` completes "I can't: ..."; `then` states the next action. `{who}` is the object in the path."""
 
     why: str
     then: str
@@ -30,7 +30,7 @@ REFUSALS: dict[RejectCode, RejectionText] = {
     RejectCode.PRECONDITION: RejectionText("that cannot be done here", OTHERWISE),
     RejectCode.APPROVAL: RejectionText(
         "it would not be safe at the moment", AGAIN
-    ),  # otherwise an approval is asked for
+    ),  # in other cases the solver asks for the approval
     RejectCode.NO_PATH: RejectionText("there is no room for it here", OTHERWISE),
     RejectCode.COLLISION: RejectionText("{who} is in the way", GONE),
     RejectCode.GAP: RejectionText("{who} is too close", "I will try when there is more room."),
@@ -76,19 +76,21 @@ FAILURES: dict[PlanFailure, str] = {
     PlanFailure.TOO_LONG: "it would take too long to get past",
     PlanFailure.MUST_BE_STOPPED: "I have to stop first",
 }
-"""They complete "I can't: ..." if there is no path (`RejectCode.NO_PATH`)."""
+"""Completions of "I can't: ..." if there is no path (`RejectCode.NO_PATH`)."""
 
 
 def rejection_sentence(verdict: Verdict, scene: Scene | None) -> str:
-    """Return why not, and what follows: `I can't: a truck is coming. I will try when it has passed.`
+    """Return the reason of a rejection, and the next action: `I can't: a truck is coming.
 
-    Of several reasons the first one is given; the guard's checks begin with the plainest.
+    I will try when it has passed.`
+
+    The sentence contains the first of several reasons. The guard's checks start with the plainest.
 
     Raises:
-        ValueError: The verdict rejects nothing.
+        ValueError: The verdict contains no rejection.
     """
     if not verdict.rejects:
-        raise ValueError("the verdict rejects nothing; ask only of one that does")
+        raise ValueError("the verdict contains no rejection: pass only verdicts with one")
     first = verdict.rejects[0]
     refusal = REFUSALS[first.code]
     why = refusal.why if first.failure is None else FAILURES[first.failure]
@@ -96,7 +98,7 @@ def rejection_sentence(verdict: Verdict, scene: Scene | None) -> str:
 
 
 def abort_sentence(codes: tuple[RejectCode, ...]) -> str:
-    """Return why a running manoeuvre was ended; without codes a person wanted it."""
+    """Return the reason why a running maneuver was ended. Without codes, a person ended it."""
     if not codes:
         return "I have ended that."
     return f"I have ended that: {REFUSALS[codes[0]].why.format(who='somebody')}."

@@ -1,1 +1,1 @@
-"""The HTTP server, in its own process and never in the control loop's."""
+"""The HTTP server. It runs in its own process, never in the process of the control loop."""

@@ -1,4 +1,4 @@
-"""Checks who is asking, and whether they ask too much. Every route with a token uses it."""
+"""Checks the token and the rate of every request with a token."""
 
 from __future__ import annotations
 
@@ -44,19 +44,19 @@ STOP_PATH = "/stop"
 
 
 def too_much(after_s: int = 1) -> HTTPException:
-    """Return the answer to someone who asks too often."""
+    """Return the response to a client with too many requests."""
     return HTTPException(429, TOO_MUCH, {"retry-after": str(after_s)})
 
 
 def holder_of(tokens: Tokens, authorization: str) -> TokenHolder | None:
-    """Return the holder of the token in a header `Authorization`; None for a foreign one."""
+    """Return the holder of a token in a header `Authorization`; None for an invalid one."""
     scheme, _, token = authorization.partition(" ")
     return tokens.holder(token) if scheme.lower() == "bearer" else None
 
 
 @dataclass(frozen=True)
 class Sharing:
-    """The shares of connections that each kind of token may hold."""
+    """Shares of connections that each kind of token may hold."""
 
     tokens: Tokens
 
@@ -74,12 +74,12 @@ class Sharing:
 
 @dataclass
 class Streams:
-    """Counts the open pages, each kind of token by itself."""
+    """Counts the open pages, separately for each kind of token."""
 
     open: Counter[Hashable] = field(default_factory=Counter)
 
     def enter(self, holder: TokenHolder) -> bool:
-        """Count one more page. Returns False, and counts none, if there are too many."""
+        """Count one more page. Returns False without counting it if there are too many."""
         shares = _stream_shares(holder)
         if any(self.open[name] >= most for name, most in shares):
             return False
@@ -89,7 +89,7 @@ class Streams:
     def leave(self, holder: TokenHolder) -> None:
         """Count one page less."""
         self.open.subtract(name for name, _ in _stream_shares(holder))
-        self.open += Counter()  # drops zeros
+        self.open += Counter()  # removes entries of zero
 
 
 def _stream_shares(holder: TokenHolder) -> tuple[tuple[Hashable, int], ...]:
@@ -99,14 +99,17 @@ def _stream_shares(holder: TokenHolder) -> tuple[tuple[Hashable, int], ...]:
 
 
 class CountedStream(StreamingResponse):
-    """A page's stream, counted as long as it is open. Counting and checking happen in one step."""
+    """A page's stream, counted while it is open.
+
+    It is counted and checked in one step, so parallel requests cannot both pass.
+    """
 
     def __init__(self, content: Any, streams: Streams, holder: TokenHolder) -> None:
         super().__init__(content, media_type="text/event-stream")
         self._streams, self._holder = streams, holder
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Send the stream, or refuse it."""
+        """Send the stream, or reject it."""
         if not self._streams.enter(self._holder):
             refused = JSONResponse({"detail": TOO_MANY_PAGES}, 429, {"retry-after": "10"})
             await refused(scope, receive, send)
@@ -132,14 +135,14 @@ class Access:
     def holder(self, request: Request, *, limited: bool = True) -> TokenHolder:
         """Return the holder of the request's token.
 
-        Wrong tokens are counted only after the check, so that they never keep a valid one out.
+        Invalid tokens are counted only after the check, so that they never block a valid one.
 
         Args:
             request: The request.
             limited: Count the request in the rate of its token's requests.
 
         Raises:
-            HTTPException: 401 for a foreign token, 429 for too many tries.
+            HTTPException: 401 for an invalid token, 429 for too many tries.
         """
         address = source_of(request.client.host if request.client else "")
         holder = holder_of(self.tokens, request.headers.get("authorization", ""))
@@ -155,7 +158,7 @@ class Access:
         """Return the holder of an operator's token.
 
         Raises:
-            HTTPException: 401 for a foreign token, 403 for a passenger's, 429 for too many tries.
+            HTTPException: 401 for an invalid token, 403 for a passenger's, 429 for too many tries.
         """
         holder = self.holder(request)
         if holder.role != "operator":
@@ -166,7 +169,7 @@ class Access:
         """Return the holder and the vehicle; `limited` as for `holder`.
 
         Raises:
-            HTTPException: 403 for a foreign vehicle, whether it exists or not; 404 if there is none.
+            HTTPException: 403 for a vehicle of another token, whether it exists or not; 404 if there is none.
         """
         holder = self.holder(request, limited=limited)
         if not holder.may_use(vehicle_id):
@@ -179,7 +182,7 @@ class Access:
     def may_command(
         self, holder: TokenHolder, vehicle: Vehicle, kind: CommandKind, client: str, text: str = ""
     ) -> None:
-        """Check the rate of commands. Stops, noes and spoken stops each have a bucket that nothing else fills.
+        """Check the rate of commands. Stops, noes and spoken stops each have their own bucket.
 
         Raises:
             HTTPException: 429 if there are too many.
@@ -197,7 +200,7 @@ class Access:
 
 
 def _own_rate(kind: CommandKind, text: str) -> tuple[str, RateLimit] | None:
-    """Return the name and the rate of a command with a bucket of its own; None for other commands."""
+    """Return the name and the rate of a command with its own bucket; None for other commands."""
     if kind is CommandKind.STOP:
         return "stops", STOPS
     if kind is CommandKind.NO:

@@ -32,7 +32,7 @@ from stucksolver_passenger.socket_frames import Topic
 from stucksolver_passenger.speech_recognizer import Recognizer
 
 ABOUT = (
-    "Talk to a car beside StuckSolver. Every call under /api needs `Authorization: Bearer TOKEN`. "
+    "Conversation with a car that runs StuckSolver. Every call under /api needs `Authorization: Bearer TOKEN`. "
     "A passenger's token is for one vehicle, an operator's for all of them."
 )
 
@@ -49,7 +49,7 @@ def make_app(
     Args:
         board: The state of all vehicles.
         tokens: Checks tokens.
-        hub: Started and stopped with the application.
+        hub: Socket to the vehicles; starts and stops with the application.
         drawing: Folder of the scripts that draw the view from above.
         recognizer: The speech recognizer for the browser.
     """
@@ -66,7 +66,7 @@ def make_app(
         title="StuckSolver passenger API",
         description=ABOUT,
         version=_version(),
-        docs_url=None,  # its page loads scripts from elsewhere; /docs is ours
+        docs_url=None,  # FastAPI's page loads scripts from other hosts; /docs has its own page
         redoc_url=None,
         lifespan=lifespan,
     )
@@ -81,12 +81,12 @@ def make_app(
 
 
 def _add_reading(app: FastAPI, access: Access) -> None:
-    """Add what anybody with a token may see."""
+    """Add the routes that return information to any holder of a token."""
     board = access.board
 
     @app.get("/api/me")
     async def me(request: Request) -> TokenInfo:
-        """Who I am, and which vehicles I may see."""
+        """Return the role of the token, and the vehicles that it may access."""
         holder = access.holder(request)
         mine = [item for item in board.vehicles if holder.may_use(item.id)]
         vehicle = holder.vehicle or (mine[0].id if mine else None)
@@ -94,7 +94,7 @@ def _add_reading(app: FastAPI, access: Access) -> None:
 
     @app.get("/api/vehicles/{vehicle_id}")
     async def now(request: Request, vehicle_id: str) -> VehicleReport:
-        """The present state of a vehicle."""
+        """Return the current state of a vehicle."""
         _, vehicle = access.vehicle(request, vehicle_id)
         found = vehicle.now
         if found is None:
@@ -103,7 +103,7 @@ def _add_reading(app: FastAPI, access: Access) -> None:
 
     @app.get("/api/vehicles/{vehicle_id}/camera.jpg", response_class=Response)
     async def camera(request: Request, vehicle_id: str) -> Response:
-        """The newest image of the front camera."""
+        """Return the newest image of the front camera."""
         _, vehicle = access.vehicle(request, vehicle_id)
         picture = vehicle.shown.get(Topic.PICTURE)
         if picture is None:
@@ -112,7 +112,7 @@ def _add_reading(app: FastAPI, access: Access) -> None:
 
     @app.get("/api/vehicles/{vehicle_id}/stream", response_class=PlainTextResponse)
     async def stream(request: Request, vehicle_id: str, pictures: bool = True) -> StreamingResponse:
-        """Server-sent events: `now` (as above), and with `pictures` also `scenery`, `view` and `picture`."""
+        """Send server-sent events: `now` (as above), and with `pictures` also `scenery`, `view` and `picture`."""
         holder = access.holder(request)
         if not holder.may_use(vehicle_id):
             raise HTTPException(403, NOT_YOURS)
@@ -121,7 +121,7 @@ def _add_reading(app: FastAPI, access: Access) -> None:
 
 
 def _add_talking(app: FastAPI, access: Access) -> None:
-    """Add what anybody with a token may say."""
+    """Add the routes for commands of any holder of a token."""
 
     async def command(request: Request, vehicle_id: str, kind: CommandKind, client: str, **more: Any) -> CommandResult:
         holder, vehicle = access.vehicle(request, vehicle_id, limited=kind is not CommandKind.STOP)
@@ -130,18 +130,18 @@ def _add_talking(app: FastAPI, access: Access) -> None:
 
     @app.post("/api/vehicles/{vehicle_id}/say")
     async def say(request: Request, vehicle_id: str, body: UtteranceRequest) -> CommandResult:
-        """Say something to the car, in any words. It is advice: the guard decides what is done."""
+        """Send an utterance to the car. It is advice: the guard decides about the driving."""
         return await command(request, vehicle_id, CommandKind.SAY, body.client, text=body.text)
 
     @app.post("/api/vehicles/{vehicle_id}/answer")
     async def answer(request: Request, vehicle_id: str, body: YesNoRequest) -> CommandResult:
-        """Say yes or no to the open question."""
+        """Answer the open question with yes or no."""
         kind = CommandKind.YES if body.yes else CommandKind.NO
         return await command(request, vehicle_id, kind, body.client, question_id=body.question_id)
 
     @app.post("/api/vehicles/{vehicle_id}/stop")
     async def stop(request: Request, vehicle_id: str, body: ClientRequest) -> CommandResult:
-        """End what the car is doing for the passenger, as soon as that is safe."""
+        """End the current request of the passenger, as soon as that is safe."""
         return await command(request, vehicle_id, CommandKind.STOP, body.client)
 
     @app.post("/api/vehicles/{vehicle_id}/help")
@@ -155,18 +155,18 @@ def _add_talking(app: FastAPI, access: Access) -> None:
 
 
 def _add_operating(app: FastAPI, access: Access) -> None:
-    """Add what operators may see and do."""
+    """Add the routes for operators."""
     board = access.board
 
     @app.get("/api/vehicles")
     async def vehicles(request: Request) -> dict[str, str]:
-        """All vehicles: id and name."""
+        """Return all vehicles: id and name."""
         access.operator(request)
         return {item.id: item.name for item in board.vehicles}
 
     @app.get("/api/queue")
     async def queue(request: Request) -> list[OperatorCall]:
-        """What waits for an operator, the longest waiting first."""
+        """Return the entries that wait for an operator, the longest waiting first."""
         access.operator(request)
         return list(board.queue())
 
@@ -179,7 +179,7 @@ def _add_operating(app: FastAPI, access: Access) -> None:
 
     @app.post("/api/vehicles/{vehicle_id}/tell")
     async def tell(request: Request, vehicle_id: str, body: OperatorMessageRequest) -> CommandResult:
-        """Tell the passenger something; it does not affect the driving."""
+        """Send a message to the passenger. It does not affect the driving."""
         holder = access.operator(request)
         _, vehicle = access.vehicle(request, vehicle_id)
         access.may_command(holder, vehicle, CommandKind.TELL, body.client)
@@ -195,7 +195,7 @@ async def _commanded(
 
 
 def _add_schema(app: FastAPI) -> None:
-    """Name the token in the OpenAPI document, so that tools that read it ask for one."""
+    """Name the token in the OpenAPI document, so that tools can prompt for one."""
     schema = app.openapi()
     schema["components"]["securitySchemes"] = {"token": {"type": "http", "scheme": "bearer"}}
     for path, methods in schema["paths"].items():
@@ -207,4 +207,5 @@ def _version() -> str:
     try:
         return version("stucksolver")
     except PackageNotFoundError:
+        # A source tree that is not installed has no version.
         return "0"

@@ -1,4 +1,7 @@
-"""Places for connections: few without a token, each for a short time, so that nobody can occupy the server."""
+"""Places for connections.
+
+Connections without a token get few places for a short time, so that they cannot occupy the server.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 MAPPED_PREFIX = 64
-"""An IPv6 client usually has a whole network of this prefix length to itself (RFC 6177)."""
+"""Prefix length of the IPv6 network that usually belongs to one client (RFC 6177)."""
 
 
 @dataclass(frozen=True)
@@ -18,21 +21,22 @@ class PlaceLimits:
     """Limits of a server's connections."""
 
     waiting: int = 400
-    """Maximum number of connections without a request that showed a valid token. The oldest one of the address with
-    the most gives way to a new one.
+    """Maximum number of connections without a request with a valid token.
+
+    A new connection replaces the oldest one of the address with the most connections. Ours.
     """
     request_s: float = 10.0
-    """Time from a request's first byte to its last, TLS handshake included (s)."""
+    """Time from the first to the last byte of a request, including the TLS handshake (s). Ours."""
     idle_s: float = 30.0
-    """Time without a request (s)."""
+    """Time without a request (s). Ours."""
     answer_s: float = 120.0
-    """Time for sending an answer (s): 40 MB, the recognizer's files, at 2.7 Mbit/s."""
+    """Time for sending an answer (s): 40 MB, the recognizer's files, at 2.7 Mbit/s. Ours."""
     ahead_bytes: int = 64 * 1024
-    """Maximum number of bytes that a client may send before its previous request is answered."""
+    """Maximum number of bytes that a client may send before its previous request is answered. Ours."""
 
 
 class Phase(Enum):
-    """What a connection is doing."""
+    """State of a connection."""
 
     IDLE = "idle"
     REQUEST = "request"
@@ -40,7 +44,7 @@ class Phase(Enum):
 
 
 class Place:
-    """The place of one connection, from its first byte to its end. Used by one event loop only."""
+    """The place of one connection, from its first byte to its end. Only one event loop may use it."""
 
     def __init__(self, places: Places, source: str, abort: Callable[[], None]) -> None:
         self.source = source
@@ -55,7 +59,7 @@ class Place:
         self._within(places.limits.request_s)
 
     def received(self, count: int) -> None:
-        """Note that the client sent `count` bytes."""
+        """Record that the client sent `count` bytes."""
         if self._phase is Phase.IDLE:
             self._phase = Phase.REQUEST
             self._within(self._places.limits.request_s)
@@ -65,27 +69,27 @@ class Place:
                 self.abort()
 
     def hold(self, *shares: tuple[Hashable, int]) -> bool:
-        """Make this connection safe from newer ones until its answer is sent.
+        """Protect this connection from replacement by newer ones until its answer is sent.
 
         Args:
-            shares: Names of shares, and how many connections each may hold.
+            shares: Names of shares, and the number of connections that each may hold.
 
         Returns:
-            False if a share is used up: the connection is served all the same, but a newer one may end it.
+            False if a share is used up: the connection is served all the same, but a newer one may replace it.
         """
         return not self._left and self._places.hold(self, shares)
 
     def request_read(self) -> None:
-        """Note that the request is complete."""
+        """Record that the request is complete."""
         self._phase = Phase.ANSWER
         self._within(self._places.limits.answer_s)
 
     def stays(self) -> None:
-        """Note that the answer has no end: a stream."""
+        """Record that the answer is a stream without an end."""
         self._within(None)
 
     def answered(self) -> None:
-        """Note that the answer is sent."""
+        """Record that the answer is sent."""
         if self._left:
             return
         self._phase, self._ahead = Phase.IDLE, 0
@@ -93,7 +97,7 @@ class Place:
         self._places.release(self)
 
     def leave(self) -> None:
-        """Note that the connection has ended; may be called again."""
+        """Record that the connection has ended. Repeated calls do nothing."""
         if not self._left:
             self._left = True
             self._within(None)
@@ -118,12 +122,12 @@ class Places:
     def __init__(self, limits: PlaceLimits | None = None) -> None:
         self.limits = limits or PlaceLimits()
         self._waiting: dict[str, OrderedDict[Place, None]] = {}
-        """By address, the oldest first."""
+        """Connections by address, the oldest first."""
         self._count = 0
         self._held: Counter[Hashable] = Counter()
 
     def take(self, address: str, abort: Callable[[], None]) -> Place:
-        """Give a new connection from an address its place. `abort` ends the connection."""
+        """Give a new connection from an address a place. `abort` ends the connection."""
         place = Place(self, source_of(address), abort)
         self._wait(place)
         return place
@@ -148,7 +152,7 @@ class Places:
         self._wait(place)
 
     def remove(self, place: Place) -> None:
-        """Forget a place."""
+        """Remove a place."""
         if place.held_for:
             self._unhold(place)
         else:
@@ -176,15 +180,16 @@ class Places:
 
     def _unhold(self, place: Place) -> None:
         self._held.subtract(place.held_for)
-        self._held += Counter()  # drops zeros
+        self._held += Counter()  # removes entries of zero
         place.held_for = ()
 
 
 def source_of(address: str) -> str:
-    """Return what counts as one client: an IPv4 address, or the network of an IPv6 address."""
+    """Return the key of one client: an IPv4 address, or the network of an IPv6 address."""
     try:
         found = ipaddress.ip_address(address.partition("%")[0])
     except ValueError:
+        # Names such as those of the test client have no network.
         return address
     if isinstance(found, ipaddress.IPv6Address):
         if found.ipv4_mapped is not None:

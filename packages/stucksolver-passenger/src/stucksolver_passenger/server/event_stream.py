@@ -10,16 +10,16 @@ from stucksolver_passenger.server.fleet_state import Board, Vehicle
 from stucksolver_passenger.socket_frames import Topic
 
 KEEP_ALIVE_S = 10.0
-"""A comment is sent after this much silence, because proxies and phones close silent connections."""
+"""Longest silence before a comment is sent (s), because proxies and phones close silent connections. Ours."""
 ORDER = (Topic.SCENERY, Topic.NOW, Topic.VIEW, Topic.PICTURE)
 
 
 async def events(
     board: Board, vehicle_id: str, pictures: bool, gone: Callable[[], Awaitable[bool]]
 ) -> AsyncIterator[str]:
-    """Yield the vehicle's updates until `gone` says that nobody listens any more.
+    """Yield the vehicle's updates until `gone` returns that the page is closed.
 
-    A slow page gets fewer: what it has missed is replaced by newer updates, and nothing is kept for it.
+    A slow page gets fewer updates: newer ones replace the missed ones, and no update is queued for it.
     """
     sent: dict[Topic, int] = {}
     wanted = [topic for topic in ORDER if pictures or topic not in (Topic.VIEW, Topic.PICTURE)]
@@ -27,7 +27,7 @@ async def events(
     while not await gone():
         vehicle = board.vehicle(vehicle_id)
         if vehicle is not here:
-            here, sent = vehicle, {}  # it has come, or come again: everything is new
+            here, sent = vehicle, {}  # the vehicle has joined, possibly again, so everything is new
             if vehicle is not None:
                 yield _event(Topic.HELLO, dumps(vehicle.name))
         news = [] if vehicle is None else [topic for topic in wanted if _is_new(vehicle, topic, sent)]
@@ -39,6 +39,7 @@ async def events(
         try:
             await asyncio.wait_for(board.change(), KEEP_ALIVE_S)
         except asyncio.TimeoutError:
+            # Nothing has changed, so a comment keeps the connection open.
             yield ": still here\n\n"
 
 
@@ -47,5 +48,5 @@ def _is_new(vehicle: Vehicle, topic: Topic, sent: dict[Topic, int]) -> bool:
 
 
 def _event(topic: Topic, payload: str) -> str:
-    """JSON and base64 have no line breaks, so this is one line of data."""
+    """Return an event with one line of data. JSON and base64 contain no line breaks."""
     return f"event: {topic.value}\ndata: {payload}\n\n"

@@ -1,4 +1,4 @@
-"""The server's state of all vehicles: the newest of everything, and who waits for what."""
+"""The server's state of all vehicles: the newest update of each topic, and the operators' queue."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from stucksolver_passenger.api_types import CommandResult, OperatorCall, PersonC
 from stucksolver_passenger.socket_frames import SocketMessage, Topic
 
 OUTCOME_S = 3.0
-"""Time for a vehicle to report the result of a command."""
+"""Time for a vehicle to report the result of a command (s). Ours."""
 HELP_CALLS = 50
-"""Number of calls for help that are kept."""
+"""Maximum number of stored calls for help. Ours."""
 VEHICLES = 500
-"""Number of vehicles known at once; one that has left is dropped first."""
+"""Maximum number of vehicles. A vehicle that has left is removed first. Ours."""
 UNREACHABLE = "The car does not answer at the moment. Please try again."
 SHOWN = (Topic.SCENERY, Topic.NOW, Topic.VIEW, Topic.PICTURE)
 
@@ -29,20 +29,20 @@ class Vehicle:
     id: str
     name: str
     write: Callable[[bytes], None] | None
-    """Sends to its process; None after it has left."""
+    """Sends to the vehicle's process; None after the process has left."""
     shown: dict[Topic, tuple[int, str]] = field(default_factory=dict)
     asked: tuple[str, float] | None = None
-    """Id of the open question to the operator, and since when."""
+    """Id of the open question to the operator, and its time."""
 
     @property
     def now(self) -> VehicleReport | None:
-        """Its present state; None before its first report."""
-        told = self.shown.get(Topic.NOW)
-        return None if told is None else VehicleReport.model_validate_json(told[1])
+        """Current state of the vehicle; None before its first report."""
+        report = self.shown.get(Topic.NOW)
+        return None if report is None else VehicleReport.model_validate_json(report[1])
 
 
 class Board:
-    """Used by one event loop only."""
+    """State of all vehicles. Only one event loop may use it."""
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         self._clock = clock
@@ -50,13 +50,13 @@ class Board:
         self._numbers = 0
         self._outcomes: dict[int, asyncio.Future[CommandResult]] = {}
         self._help: OrderedDict[str, tuple[str, str, float]] = OrderedDict()
-        """By the call's id: vehicle, words, since when."""
+        """By the call's id: vehicle, text, and its time."""
         self._changed = asyncio.Event()
 
-    # ---- called by vehicles
+    # ---- for vehicles
 
     def take(self, frame: SocketMessage, write: Callable[[bytes], None]) -> None:
-        """Take a frame from a vehicle's process; `write` sends to it."""
+        """Accept a frame from a vehicle's process. `write` sends to the process."""
         if frame.topic is Topic.HELLO:
             self._join(frame, write)
             return
@@ -75,7 +75,7 @@ class Board:
             self._show(vehicle, frame.topic, (base64.b64encode(frame.payload) if image else frame.payload).decode())
 
     def lost(self, write: Callable[[bytes], None]) -> None:
-        """A process has disconnected: its vehicles can no longer be reached."""
+        """Record that a process has disconnected, so that its vehicles cannot be reached."""
         for vehicle in self._vehicles.values():
             if vehicle.write is write:
                 vehicle.write = None
@@ -100,19 +100,19 @@ class Board:
         changed, self._changed = self._changed, asyncio.Event()
         changed.set()
 
-    # ---- called by people
+    # ---- for people
 
     def vehicle(self, vehicle_id: str) -> Vehicle | None:
-        """Return a vehicle that is or was here."""
+        """Return a vehicle that is or was connected; None otherwise."""
         return self._vehicles.get(vehicle_id)
 
     @property
     def vehicles(self) -> tuple[Vehicle, ...]:
-        """Return all of them, in the order of arrival."""
+        """All vehicles, in the order of their arrival."""
         return tuple(self._vehicles.values())
 
     async def change(self) -> None:
-        """Wait until any vehicle has shown something new."""
+        """Wait until any vehicle has an update."""
         await self._changed.wait()
 
     def number(self) -> int:
@@ -130,6 +130,7 @@ class Board:
         try:
             return await asyncio.wait_for(waiting, OUTCOME_S)
         except asyncio.TimeoutError:
+            # The sender gets a sentence instead of an error of the server.
             return CommandResult(number=command.number, taken=False, told=UNREACHABLE)
         finally:
             self._outcomes.pop(command.number, None)
@@ -137,7 +138,7 @@ class Board:
     # ---- the operators' queue
 
     def call_for_help(self, vehicle: Vehicle, text: str) -> None:
-        """Take a passenger's call; a vehicle has one call at a time."""
+        """Add a passenger's call. A vehicle has at most one call."""
         if all(other != vehicle.id for other, _, _ in self._help.values()):
             self._help[f"h{self.number()}"] = (vehicle.id, text, self._clock())
         while len(self._help) > HELP_CALLS:
@@ -148,13 +149,18 @@ class Board:
         return self._help.pop(call_id, None) is not None
 
     def queue(self) -> tuple[OperatorCall, ...]:
-        """Return what waits for an operator, the longest waiting first."""
+        """Return the entries that wait for an operator, the longest waiting first."""
         now_s = self._clock()
         calls = [
             OperatorCall(
-                id=key, vehicle=who, name=self._name(who), kind="help", text=text, waiting_s=round(now_s - since_s, 1)
+                id=key,
+                vehicle=vehicle_id,
+                name=self._name(vehicle_id),
+                kind="help",
+                text=text,
+                waiting_s=round(now_s - since_s, 1),
             )
-            for key, (who, text, since_s) in self._help.items()
+            for key, (vehicle_id, text, since_s) in self._help.items()
         ]
         for vehicle in self._vehicles.values():
             now = vehicle.now if vehicle.asked is not None and vehicle.write is not None else None

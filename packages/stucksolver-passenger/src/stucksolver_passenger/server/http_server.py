@@ -1,4 +1,4 @@
-"""Runs an application with uvicorn: each connection gets a place, and TLS handshakes count as well."""
+"""Runs an application with uvicorn. Each connection gets a place, from its TLS handshake on."""
 
 from __future__ import annotations
 
@@ -17,24 +17,29 @@ from stucksolver_passenger.server.connection_limits import Place, PlaceLimits, P
 from stucksolver_passenger.server.request_filter import PLACE, App
 
 ACCEPTED_AT_ONCE = 64
-"""Connections that the event loop accepts before it serves those it has. asyncio calls it the backlog."""
+"""Connections that the event loop accepts before it serves the existing ones. asyncio calls it the backlog. Ours."""
 ACCEPT_QUEUE = 4096
-"""Connections that the system keeps until they are accepted; it may allow fewer (`net.core.somaxconn`)."""
+"""Length of the system's queue of connections that are not yet accepted.
+
+The system may limit it (`net.core.somaxconn`). Ours.
+"""
 OPEN_FILES = 4096
-"""Soft limit of open files that the server sets for its process, if the hard limit allows it."""
+"""Soft limit of open files that the server sets for its process, if the hard limit allows it. Ours."""
 FILES_PER_WAITING = 4
-"""With fewer open files, a fourth of them is for connections without a token."""
+"""Divisor of the number of open files: a fourth of a small number is for connections without a token. Ours."""
 SILENT_S = 1
-"""The system holds back a connection on which nothing was sent for about this long (s), so that requests come first.
-Longer would fill the system's queue.
+"""Time for which the system holds back a connection without data (s), so that requests come first.
+
+A longer one would fill the system's queue. Ours.
 """
 UNSENT_MS = 30_000
-"""A client that takes nothing for this long is gone (RFC 5482)."""
+"""Time without acknowledged data after which a client counts as gone (ms; RFC 5482). Ours."""
 HEAD_BYTES = 16 * 1024
+"""Longest head of a request (bytes). Ours."""
 
 
 class Connection(asyncio.Protocol):
-    """One connection: it takes a place, shakes hands if there is TLS, and then passes everything to uvicorn."""
+    """One connection. It takes a place, does the TLS handshake if needed, and then passes all data to uvicorn."""
 
     places: Places
     tls: ssl.SSLContext | None
@@ -46,7 +51,7 @@ class Connection(asyncio.Protocol):
         self._transport: asyncio.Transport | None = None
         """None until the TLS handshake is complete."""
         self._early = bytearray()
-        """Received before that."""
+        """Data received before that."""
         self._shaking: asyncio.Task[None] | None = None
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
@@ -67,7 +72,7 @@ class Connection(asyncio.Protocol):
             self._early += data
             return
         if self._http is None:
-            # Only now: connections that stay silent cost as little as possible.
+            # The protocol is created at the first data, so that a silent connection costs as little as possible.
             state = {**self._uvicorns.pop("app_state"), PLACE: self._place}
             self._http = H11Protocol(app_state=state, **self._uvicorns)
             self._http.connection_made(self._transport)
@@ -76,20 +81,20 @@ class Connection(asyncio.Protocol):
         self._http.data_received(data)
 
     def eof_received(self) -> None:
-        """Let the transport close: nobody sends half of a conversation."""
+        """Let the transport close. The server does not support half-closed connections."""
 
     def pause_writing(self) -> None:
-        """Pass it on."""
+        """Forward the call."""
         if self._http is not None:
             self._http.pause_writing()
 
     def resume_writing(self) -> None:
-        """Pass it on."""
+        """Forward the call."""
         if self._http is not None:
             self._http.resume_writing()
 
     def connection_lost(self, error: Exception | None) -> None:
-        """Give the place back."""
+        """Release the place."""
         if self._place is not None:
             self._place.leave()
         if self._http is not None:
@@ -100,6 +105,7 @@ class Connection(asyncio.Protocol):
         try:
             secured = await loop.start_tls(transport, self, tls, server_side=True, ssl_handshake_timeout=limit_s)
         except (OSError, EOFError, asyncio.TimeoutError):  # ssl.SSLError is an OSError
+            # A failed handshake is a client's problem: the connection ends, and the server continues.
             secured = None
         if secured is None or secured.is_closing():
             if self._place is not None:
@@ -115,7 +121,7 @@ class Connection(asyncio.Protocol):
 
 
 def make_server(app: App, limits: PlaceLimits | None = None, tls: ssl.SSLContext | None = None) -> uvicorn.Server:
-    """Return a server for an application behind `Doors`, which tell the places what is asked."""
+    """Return a server for an application that informs the places about the requests."""
     shared = {"places": Places(limits), "tls": tls}
     config = uvicorn.Config(
         app,
@@ -136,17 +142,21 @@ def make_server(app: App, limits: PlaceLimits | None = None, tls: ssl.SSLContext
 
 
 async def serve(server: uvicorn.Server, listening: Sequence[socket.socket]) -> None:
-    """Serve until the server is told to exit."""
+    """Serve until the server gets the order to exit."""
     queueing = asyncio.create_task(_queue(server, listening))
     await server.serve(sockets=list(listening))
     queueing.cancel()
 
 
 async def _queue(server: uvicorn.Server, listening: Sequence[socket.socket]) -> None:
-    """Make the system's queue long again, which asyncio sets to what it accepts at once."""
+    """Restore the length of the system's queue.
+
+    asyncio sets it to the number of connections that it accepts at once, so this must follow the start of the server.
+    """
     while not server.started:
         await asyncio.sleep(0.02)
     for item in listening:
+        # The system may not support an option; the server then works without it.
         with contextlib.suppress(OSError):
             item.listen(ACCEPT_QUEUE)
             item.setsockopt(socket.IPPROTO_TCP, socket.TCP_DEFER_ACCEPT, SILENT_S)
@@ -158,6 +168,7 @@ def limits_here(limits: PlaceLimits | None = None) -> PlaceLimits:
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     wanted = OPEN_FILES if hard == resource.RLIM_INFINITY else min(OPEN_FILES, hard)
     if soft != resource.RLIM_INFINITY and soft < wanted:
+        # Without permission the present limit stays; the result below follows the actual limit.
         with contextlib.suppress(OSError, ValueError):
             resource.setrlimit(resource.RLIMIT_NOFILE, (wanted, hard))
     files = resource.getrlimit(resource.RLIMIT_NOFILE)[0]
@@ -176,8 +187,9 @@ def tls_of(cert: str, key: str) -> ssl.SSLContext:
 
 
 def _drop_dead(connected: Any) -> None:
-    """Let the system end the connection of a client that no longer takes what is sent, such as a phone out of range."""
+    """Let the system end the connection of a client that acknowledges no data, such as a phone out of range."""
     option = getattr(socket, "TCP_USER_TIMEOUT", None)
     if connected is not None and option is not None:
+        # The system may not support the option; the connection then ends at the limits of its place.
         with contextlib.suppress(OSError, ValueError):
             connected.setsockopt(socket.IPPROTO_TCP, option, UNSENT_MS)

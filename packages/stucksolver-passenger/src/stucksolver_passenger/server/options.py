@@ -1,4 +1,4 @@
-"""Where the server listens, and the names by which it may be called."""
+"""The address at which the server listens, and the host names that it accepts."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class PageOptions:
         port: 0 for any free port.
         cert: Certificate for HTTPS, a PEM file.
         key: Its key, a PEM file.
-        names: Names by which the server may be called besides its addresses, for example `car.example`.
+        names: Host names that the server accepts besides its addresses, for example `car.example`.
         drawing: Folder of the scripts that draw the view from above; without it there is no such view.
         recognizer: The speech recognizer for the browser; without it pages use the browser's own, if there is one.
     """
@@ -46,36 +46,36 @@ class PageOptions:
 
     @property
     def is_local(self) -> bool:
-        """True if only this machine can reach it."""
+        """True if only this machine can reach the server."""
         return ipaddress.ip_address(self.listen).is_loopback
 
     def check(self) -> None:
         """Check the options.
 
         Raises:
-            PageError: The page cannot be served with them.
+            ServerOptionsError: The page cannot be served with them.
         """
         try:
             ipaddress.ip_address(self.listen)
         except ValueError:
             raise ServerOptionsError(
-                f"{self.listen!r} is not an address to listen at; give one of this machine's"
+                f"not an address of this machine: {self.listen!r}. Give one of its addresses"
             ) from None
         if (self.cert is None) != (self.key is None):
-            raise ServerOptionsError("a certificate and its key go together: give both --cert and --key")
+            raise ServerOptionsError("--cert and --key must be given together")
         if self.cert is not None and self.key is not None:
             try:
                 ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER).load_cert_chain(self.cert, self.key)
             except (OSError, ssl.SSLError) as error:
                 raise ServerOptionsError(
-                    f"{self.cert} and {self.key} are not a certificate with its key: {error}"
+                    f"not a certificate and its key: {self.cert} and {self.key}: {error}. Give two matching PEM files"
                 ) from error
 
     def bound(self) -> socket.socket:
         """Return a listening socket.
 
         Raises:
-            PageError: The address cannot be used.
+            ServerOptionsError: The address cannot be used.
         """
         family = socket.AF_INET6 if ":" in self.listen else socket.AF_INET
         found = socket.socket(family, socket.SOCK_STREAM)
@@ -86,12 +86,13 @@ class PageOptions:
         except OSError as error:
             found.close()
             raise ServerOptionsError(
-                f"cannot listen at {self.listen}:{self.port}: {error.strerror or error}"
+                f"cannot listen at address: {self.listen}:{self.port}: {error.strerror or error}. "
+                "Choose another port or address"
             ) from error
         return found
 
     def addresses(self, port: int) -> tuple[str, ...]:
-        """Return the addresses `HOST:PORT` that a browser may use; the first is the one to print."""
+        """Return the addresses `HOST:PORT` for browsers. The first one is for display."""
         hosts: list[str] = []
         if ipaddress.ip_address(self.listen).is_unspecified:
             hosts += [*_own_addresses(), LOOPBACK]
@@ -111,5 +112,6 @@ def _own_addresses() -> list[str]:
         try:
             probe.connect(("192.0.2.1", 9))  # an address for documentation (RFC 5737); nothing is sent
         except OSError:
+            # Without a network the machine has no address for others.
             return []
         return [str(probe.getsockname()[0])]

@@ -20,9 +20,14 @@ from stucksolver_passenger.access_tokens import Tokens
 from stucksolver_passenger.server.options import PageOptions
 
 START_S = 30.0
+"""Time limit of the server's start (s). Ours."""
 LEAVE_S = 5.0
+"""Time limit of the server's end, before it is killed (s). Ours."""
 NICE = 10
-"""Added to the server's niceness: fifty pages that reload must not delay the control loop on the same cores."""
+"""Increment of the server's niceness, so that fifty pages that reload do not delay the control loop on the same cores.
+
+Ours.
+"""
 HUB = "desk"
 """Name of the socket in its folder."""
 
@@ -41,26 +46,26 @@ class _ServerArguments:
 
 
 class PassengerServer:
-    """Starts the server when entered and ends it when left. The server also ends when this process does.
+    """Starts the server on entry and ends it on exit. The server also ends when this process ends.
 
     Raises:
-        PageError: It cannot listen.
-        ServerDied: Its process ended unexpectedly.
+        ServerOptionsError: The server cannot listen.
+        ServerExitedError: Its process ended unexpectedly.
     """
 
     def __init__(self, options: PageOptions | None = None, tokens: Tokens | None = None) -> None:
         self.options = options or PageOptions()
         self.options.check()
         self.tokens = tokens or Tokens()
-        self._folder = tempfile.TemporaryDirectory(prefix="stucksolver-")  # mode 0700: nobody else may enter
+        self._folder = tempfile.TemporaryDirectory(prefix="stucksolver-")  # mode 0700: other users may not enter
         self.address = Path(self._folder.name) / HUB
-        """The address for desks."""
+        """The address for gateways."""
         self.port = 0
         self._process: multiprocessing.process.BaseProcess | None = None
         self._ours: Connection | None = None
 
     def url(self, token: str) -> str:
-        """Return the page's address. The token is behind the #, a part that a browser never sends to a server."""
+        """Return the page's address. The token follows the #, and browsers never send that part to a server."""
         return f"{self.options.scheme}://{self.options.addresses(self.port)[0]}/#{token}"
 
     def __enter__(self) -> PassengerServer:
@@ -68,9 +73,10 @@ class PassengerServer:
         self.port = int(listening.getsockname()[1])
         context = multiprocessing.get_context("spawn")
         self._ours, theirs = context.Pipe()
-        told = _ServerArguments(self.options, self.address, self.tokens.secret)
-        self._process = context.Process(target=_serve, args=(told, listening, theirs), daemon=True)
-        # Ctrl-C is handled by us: we end the server.
+        arguments = _ServerArguments(self.options, self.address, self.tokens.secret)
+        self._process = context.Process(target=_serve, args=(arguments, listening, theirs), daemon=True)
+        # Ctrl-C reaches every process of a terminal. Only this process handles it, and then ends the server. Python's
+        # resource tracker starts first, because its start would remove the block of the signal.
         resource_tracker.ensure_running()
         with uninterrupted():
             self._process.start()
@@ -79,10 +85,11 @@ class PassengerServer:
         try:
             ready = self._ours.poll(START_S) and self._ours.recv()
         except EOFError:
+            # The server's process closed the pipe without a message, so its start failed.
             ready = False
         if not ready:
             self.close()
-            raise ServerExitedError("the passenger server ended at its start; what it printed says why")
+            raise ServerExitedError("the passenger server ended during its start; see its output")
         return self
 
     def __exit__(
@@ -104,14 +111,14 @@ class PassengerServer:
         self._folder.cleanup()
 
 
-def _serve(told: _ServerArguments, listening: socket.socket, theirs: Connection) -> None:
-    """The body of the server's process."""
+def _serve(arguments: _ServerArguments, listening: socket.socket, theirs: Connection) -> None:
+    """Run the server, in the server's process."""
     os.nice(NICE)
     threading.Thread(target=_end_with_parent, args=(theirs,), daemon=True).start()
-    asyncio.run(_serving(told, listening, theirs))
+    asyncio.run(_serving(arguments, listening, theirs))
 
 
-async def _serving(told: _ServerArguments, listening: socket.socket, theirs: Connection) -> None:
+async def _serving(arguments: _ServerArguments, listening: socket.socket, theirs: Connection) -> None:
     from stucksolver_passenger.server.access import Sharing
     from stucksolver_passenger.server.app import make_app
     from stucksolver_passenger.server.fleet_state import Board
@@ -119,8 +126,8 @@ async def _serving(told: _ServerArguments, listening: socket.socket, theirs: Con
     from stucksolver_passenger.server.request_filter import RequestFilter
     from stucksolver_passenger.server.vehicle_socket import VehicleSocket
 
-    options, board, tokens = told.options, Board(), Tokens(told.secret)
-    app = make_app(board, tokens, VehicleSocket(board, told.address), options.drawing, options.recognizer)
+    options, board, tokens = arguments.options, Board(), Tokens(arguments.secret)
+    app = make_app(board, tokens, VehicleSocket(board, arguments.address), options.drawing, options.recognizer)
     hosts = frozenset(options.addresses(int(listening.getsockname()[1])))
     doors = RequestFilter(
         app, hosts, options.scheme, compiles=options.recognizer is not None, shares=Sharing(tokens).of_request
@@ -135,12 +142,14 @@ async def _serving(told: _ServerArguments, listening: socket.socket, theirs: Con
 async def _tell_when_up(server: object, theirs: Connection) -> None:
     while not getattr(server, "started", False):
         await asyncio.sleep(0.02)
+    # The parent may have ended meanwhile; the other thread then ends this process.
     with contextlib.suppress(OSError):
         theirs.send(True)
 
 
 def _end_with_parent(theirs: Connection) -> None:
-    """Our end of the pipe is closed when the parent is gone."""
+    """End the server when the pipe closes, because that means that the parent has ended."""
+    # Either error means that the parent has closed its end.
     with contextlib.suppress(EOFError, OSError):
         theirs.recv()
     os._exit(0)

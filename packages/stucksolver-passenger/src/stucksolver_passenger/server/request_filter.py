@@ -1,4 +1,4 @@
-"""The checks that every request passes first, and the headers of every response: plain ASGI."""
+"""Checks that precede every request, and the headers of every response: plain ASGI."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' data:; "
     "form-action 'none'; base-uri 'none'; frame-ancestors 'none'"
 )
-"""Nothing inline, nothing from elsewhere, no frames. `data:` is for the camera's image and the page's own icon."""
+"""No inline code, no content of other hosts, no frames. `data:` is for the camera's image and the page's own icon."""
 COMPILING_POLICY = POLICY.replace("script-src 'self'", "script-src 'self' 'wasm-unsafe-eval'")
-"""With the speech recognizer WebAssembly may be compiled; text still never becomes a script."""
+"""With the speech recognizer, WebAssembly may be compiled. Text still never becomes a script."""
 LENGTH_DIGITS = 12
-"""A stated length of more digits is too long; Python refuses to convert very long numbers."""
+"""Maximum number of digits of a stated length. Python rejects the conversion of very long numbers. Ours."""
 VOICE = "/voice/"
 CACHED = "private, max-age=31536000, immutable"
-"""For the recognizer's files, 40 MB under their own version: a phone fetches them once."""
+"""Cache policy of the recognizer's files, 40 MB with their version in the path: a phone fetches them once."""
 HEADERS = {
     "content-security-policy": POLICY,
     "x-content-type-options": "nosniff",
@@ -41,11 +41,11 @@ HEADERS = {
     "permissions-policy": "camera=(), geolocation=(), microphone=(self)",
 }
 SAME = frozenset({"same-origin", "none"})
-"""What a browser sends for the page's own requests, or for an address that a person typed."""
+"""Values that a browser sends for the page's own requests, or for an address that a person typed."""
 
 
 class RequestRejectedError(Exception):
-    """A request is refused with a status and a sentence."""
+    """A request is rejected with a status and a sentence."""
 
     def __init__(self, status: int, why: str) -> None:
         super().__init__(why)
@@ -54,23 +54,23 @@ class RequestRejectedError(Exception):
 
 
 def in_words(refused: RequestRejectedError) -> tuple[bytes, bytes]:
-    """Return the content type and the body of a refusal in plain text."""
+    """Return the content type and the body of a rejection in plain text."""
     return b"text/plain; charset=utf-8", refused.why.encode()
 
 
 class RequestFilter:
-    """Accepts requests that name one of our hosts and come from our own page.
+    """Accepts only requests to one of the server's hosts and from the server's own page.
 
-    A page of another site whose name points at this machine (DNS rebinding) still sends its own name as host. A page
-    that posts to us from elsewhere (CSRF) sends its own origin.
+    A page of another site whose name points to this machine (DNS rebinding) still sends its own name as host. A page of
+    another site that posts to this server (CSRF) sends its own origin.
 
     Args:
-        hosts: As in the header, for example `127.0.0.1:8765`.
-        compiles: The page may compile WebAssembly from here, as the speech recognizer does.
-        own: Paths that start with this are for our own pages and for programs only.
+        hosts: Accepted values of the header, for example `127.0.0.1:8765`.
+        compiles: The page may compile WebAssembly from this server, as the speech recognizer does.
+        own: Prefix of the paths that only the server's own pages and programs may request.
         body_bytes: Maximum length of a request's body.
-        shares: Tells requests with a valid token from others, if there are tokens.
-        told: Returns the content type and the body of a refusal.
+        shares: Distinguishes requests with a valid token from others, if there are tokens.
+        told: Returns the content type and the body of a rejection.
     """
 
     def __init__(
@@ -83,7 +83,7 @@ class RequestFilter:
         own: str = "/api/",
         body_bytes: int = BODY_BYTES,
         shares: Shares | None = None,
-        told: Callable[[RequestRejectedError], tuple[bytes, bytes]] = in_words,
+        rejection_body: Callable[[RequestRejectedError], tuple[bytes, bytes]] = in_words,
     ) -> None:
         self._app = app
         self._headers = HEADERS if not compiles else HEADERS | {"content-security-policy": COMPILING_POLICY}
@@ -92,7 +92,7 @@ class RequestFilter:
         self._own = own
         self._body_bytes = body_bytes
         self._shares = shares
-        self._told = told
+        self._rejection_body = rejection_body
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Handle one connection."""
@@ -100,7 +100,7 @@ class RequestFilter:
             await self._app(scope, receive, send)
         elif scope["type"] == "http":
             await self._http(scope, receive, _with_headers(send, self._headers_for(scope["path"])))
-        # There are no websockets: a request for one is closed.
+        # The server has no websockets, so it closes a request for one.
 
     def _headers_for(self, path: str) -> dict[str, str]:
         return self._headers | {"cache-control": CACHED} if path.startswith(VOICE) else self._headers
@@ -113,7 +113,8 @@ class RequestFilter:
                 place.request_read()
             await self._app(scope, _replay(body, receive), send)
         except RequestRejectedError as refused:
-            await _answer(send, refused.status, *self._told(refused))
+            # The client gets the rejection as its response.
+            await _answer(send, refused.status, *self._rejection_body(refused))
         finally:
             if place is not None:
                 place.answered()
@@ -122,10 +123,10 @@ class RequestFilter:
         """Return the request's body.
 
         Raises:
-            Refused: The request fails a check.
+            RequestRejectedError: The request fails a check.
         """
         if place is not None:
-            place.received(0)  # its head may have come together with the request before it
+            place.received(0)  # its head may have arrived together with the previous request
         headers = _single(scope)
         self._check_sender(scope, headers)
         if place is not None and self._shares is not None:
@@ -141,10 +142,11 @@ class RequestFilter:
         return await _body(headers.get("content-length", ""), receive, self._body_bytes)
 
     def _check_sender(self, scope: Scope, headers: dict[str, str]) -> None:
-        """Check who is asked, who asks, and the address.
+        """Check the host, the origin and the address of a request.
 
         Raises:
-            Refused: The request is for another host, or from a page of another site, or its address is too long.
+            RequestRejectedError: The request is for another host, or from a page of another site, or its address is
+                too long.
         """
         if headers.get("host", "").lower() not in self._hosts:
             raise RequestRejectedError(
@@ -163,7 +165,7 @@ def _single(scope: Scope) -> dict[str, str]:
     """Return the request's headers by name.
 
     Raises:
-        Refused: A header that matters occurs twice.
+        RequestRejectedError: A relevant header occurs twice.
     """
     found: dict[str, str] = {}
     for raw_name, raw_value in scope["headers"]:
@@ -174,13 +176,13 @@ def _single(scope: Scope) -> dict[str, str]:
     return found
 
 
-async def _body(told: str, receive: Receive, most: int) -> bytes:
+async def _body(stated_length: str, receive: Receive, most: int) -> bytes:
     """Return the body up to the limit.
 
     Raises:
-        Refused: It is longer. The rest is not read.
+        RequestRejectedError: The body is longer. The rest is not read.
     """
-    if told.isdecimal() and (len(told) > LENGTH_DIGITS or int(told) > most):
+    if stated_length.isdecimal() and (len(stated_length) > LENGTH_DIGITS or int(stated_length) > most):
         raise RequestRejectedError(413, f"At most {most} bytes are read.")
     body = bytearray()
     while True:
@@ -195,14 +197,14 @@ async def _body(told: str, receive: Receive, most: int) -> bytes:
 
 
 def _replay(body: bytes, receive: Receive) -> Receive:
-    """Return the body that was read, once, and then whatever still comes."""
-    given = False
+    """Return a receiver that yields the body once, and then all later messages."""
+    delivered = False
 
     async def again() -> Message:
-        nonlocal given
-        if given:
+        nonlocal delivered
+        if delivered:
             return await receive()
-        given = True
+        delivered = True
         return {"type": "http.request", "body": body, "more_body": False}
 
     return again

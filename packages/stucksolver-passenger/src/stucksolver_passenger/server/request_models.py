@@ -11,30 +11,30 @@ from stucksolver_passenger.api_types import CLIENT_ID
 
 
 class ClientRequest(FrozenModel):
-    """Whoever presses a button. `client` is chosen by each page, to tell apart holders of the same token."""
+    """The sender of a request. Each page chooses its `client`, to distinguish holders of the same token."""
 
     client: str = Field(default="somebody", pattern=CLIENT_ID)
 
 
 class UtteranceRequest(ClientRequest):
-    """Something said."""
+    """An utterance."""
 
     text: str = Field(min_length=1, max_length=MAX_WORDS)
 
 
 class OperatorMessageRequest(UtteranceRequest):
-    """An operator's words to a passenger."""
+    """An operator's message to a passenger."""
 
 
 class YesNoRequest(ClientRequest):
-    """Yes or no. `question_id` names the question; one that is no longer open is not answered."""
+    """Yes or no. `question_id` names the question; a closed question is not answered."""
 
     yes: bool
     question_id: str = Field(min_length=1, max_length=40)
 
 
 class TokenInfo(FrozenModel):
-    """The holder of a token. `vehicle` is the one to show first; `vehicles` has names by id."""
+    """Holder of a token. `vehicle` is the one to display first; `vehicles` has names by id."""
 
     role: Person
     vehicle: str | None

@@ -21,7 +21,10 @@ RECOGNIZER_TYPES = {
 
 
 def add_voice(app: FastAPI, recognizer: Recognizer | None) -> None:
-    """`/voice` says whether there is one. Its files are served under their version, so that browsers may cache them."""
+    """Add the route `/voice`, which returns whether there is a recognizer, and the routes of its files.
+
+    The paths of the files contain their version, so that browsers may cache them.
+    """
 
     @app.get("/voice", include_in_schema=False)
     async def voice() -> dict[str, Any]:
@@ -36,11 +39,11 @@ def add_voice(app: FastAPI, recognizer: Recognizer | None) -> None:
 
 TYPES = {".html": "text/html", ".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml"}
 DRAWING = ("dom.js", "decode.js", "palette.js", "camera.js", "scene.js", "palette.css")
-"""The scripts with which the report draws its replays; the page uses the same, live."""
+"""Scripts that draw the replays of reports. The page uses the same scripts live."""
 
 
 def add_pages(app: FastAPI, drawing: Path | None) -> None:
-    """Serve the page. All its files are read now; a file that is missing now is never served."""
+    """Serve the page. All its files are read at the start, so a file that is added later is not served."""
     files = _own() | ({} if drawing is None else _drawing(drawing))
 
     @app.get("/", include_in_schema=False)

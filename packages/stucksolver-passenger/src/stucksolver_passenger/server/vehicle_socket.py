@@ -13,7 +13,7 @@ from stucksolver_passenger.socket_frames import LENGTH_BYTES, SocketMessageError
 
 
 class VehicleSocket:
-    """Listens on a Unix socket in a folder that only its owner may enter, so every client is one of our processes."""
+    """Listens on a Unix socket in a folder that only its owner may enter, so every client is a process of the owner."""
 
     def __init__(self, board: Board, address: Path) -> None:
         self._board = board
@@ -21,7 +21,7 @@ class VehicleSocket:
         self._server: asyncio.Server | None = None
 
     async def start(self) -> None:
-        """Start to listen; called in the board's event loop."""
+        """Start to listen. Call this in the board's event loop."""
         self._server = await asyncio.start_unix_server(self._serve, str(self._address))
 
     async def stop(self) -> None:
@@ -31,11 +31,12 @@ class VehicleSocket:
 
     async def _serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         def write(data: bytes) -> None:
+            # The vehicle's process may have disconnected; the sender of the command gets a timeout.
             with contextlib.suppress(OSError, RuntimeError):
                 writer.write(data)
 
         try:
-            # An invalid frame ends the connection: nothing after it can be trusted either.
+            # An invalid frame ends the connection, because the data after it cannot be trusted either.
             with contextlib.suppress(asyncio.IncompleteReadError, OSError, SocketMessageError, ValidationError):
                 while True:
                     length = body_length(await reader.readexactly(LENGTH_BYTES))

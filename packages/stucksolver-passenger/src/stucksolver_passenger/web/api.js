@@ -1,11 +1,11 @@
-// Talks to the server. The token never leaves this tab but as a header to the server that the page came from.
+// Client of the server. The token leaves this tab only as a header to the server that the page came from.
 
 const KEPT = "stucksolver-token";
 const TOKEN = /^#([po]\..+)$/;
 const RETRY_MS = [500, 1000, 2000, 4000];
 const AGAIN_MS = [50, 250, 500];
 
-// From behind the # of the address, which no server ever sees; then it is taken out of the address.
+// The token follows the # of the address. Browsers never send that part; the page then removes it from the address.
 export function token() {
   const told = TOKEN.exec(location.hash);
   if (told) {
@@ -15,7 +15,7 @@ export function token() {
   return sessionStorage.getItem(KEPT) || "";
 }
 
-// Does the address bring another token?
+// True if the address contains another token.
 export const tokenTold = () => TOKEN.test(location.hash);
 
 export function keepToken(text) {
@@ -35,7 +35,7 @@ async function read(answer) {
     const { detail } = await answer.json();
     if (typeof detail === "string") why = detail;
   } catch {
-    // Not every refusal is JSON; its number is all there is to tell then.
+    // Not every error response is JSON. Then its status is the only information.
   }
   const error = new Error(why);
   error.status = answer.status;
@@ -54,7 +54,7 @@ export async function post(path, body = {}) {
   }));
 }
 
-// As post, and again if the connection broke or the server was busy: a stop twice is still a stop.
+// Posts, and repeats if the connection broke or the server was busy. A stop may be sent twice.
 export async function insist(path) {
   for (const pause of [...AGAIN_MS, null]) {
     try {
@@ -67,8 +67,8 @@ export async function insist(path) {
   }
 }
 
-// Calls hear[event](data) for each of the server's events, and comes back when the connection breaks off.
-// `state` is told "open" and "lost". Stop it with stop().
+// Calls hear[event](data) for each of the server's events, and reconnects when the connection breaks.
+// `state` is called with "open" and "lost". stop() ends the stream.
 export function listen(path, hear, state) {
   const over = new AbortController();
   (async () => {
@@ -89,7 +89,7 @@ export function listen(path, hear, state) {
   return { stop: () => over.abort() };
 }
 
-// Server-sent events have a blank line between them; ours have one line of data each.
+// A blank line separates server-sent events. Each event of this server has one line of data.
 async function events(reader, hear) {
   const text = new TextDecoder();
   let rest = "";

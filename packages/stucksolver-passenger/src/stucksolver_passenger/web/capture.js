@@ -1,4 +1,4 @@
-// An audio worklet: hands on what the microphone brings, as it comes.
+// An audio worklet: forwards each block of the microphone unchanged.
 
 class Capture extends AudioWorkletProcessor {
   process(inputs) {

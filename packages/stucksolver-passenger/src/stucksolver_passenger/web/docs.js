@@ -1,4 +1,4 @@
-// The API's own description as a table.
+// The OpenAPI document of the API as a table.
 
 const schema = await (await fetch("/openapi.json")).json();
 

@@ -1,19 +1,19 @@
-// Listens to one sentence: by a recognizer in this browser whose files come from the car, or by the browser's own.
-// Both have start(hear), stop() and abort(); hear is called with {text}, {failed} or {}, once, when it is over.
+// Recognizes one sentence: with a recognizer in this browser whose files come from the car, or with the browser's own.
+// Both have start(hear), stop() and abort(). At the end hear is called once, with {text}, {failed} or {}.
 
-const RATE_HZ = 16000; // what the model hears
-const QUIET_S = 1.0; // of silence after speech end a sentence
-const NOTHING_S = 6.0; // without any speech nothing is waited for
+const RATE_HZ = 16000; // sample rate of the model's input
+const QUIET_S = 1.0; // silence after speech that ends a sentence
+const NOTHING_S = 6.0; // time without any speech after which recognition ends
 const LONGEST_S = 15.0;
-const LOUD = 0.01; // root mean square of a block of 3 ms; a quiet room is well below, speech above
-// Left of the silence around speech: with a second of it the model writes nothing for half of all sentences.
+const LOUD = 0.01; // root mean square of a block of 3 ms: a quiet room is well below, speech is above. Ours
+// Silence that remains around speech. With a second of it the model returns no text for half of all sentences.
 const BEFORE_S = 0.25;
 const AFTER_S = 0.2;
 
-// The model was trained on plain recordings, noise and all; what browsers make of them costs it words.
+// The model was trained on unfiltered recordings with noise. The filters of browsers cost words.
 const AS_IT_IS = { channelCount: 1, echoCancellation: false, noiseSuppression: false, autoGainControl: false };
 
-// Sound is turned into text here; only the text goes to the car.
+// Converts sound to text in this browser. Only the text is sent to the car.
 export class OwnListener {
   constructor(version) {
     this.version = version;
@@ -63,7 +63,7 @@ export class OwnListener {
     if (over || now - this.began > 1000 * LONGEST_S) this.stop();
   }
 
-  // Enough: what was said until now is recognized.
+  // Ends the recording and recognizes it.
   async stop() {
     if (!this.node) return;
     const rate = this.context.sampleRate;
@@ -113,7 +113,7 @@ async function resampled(blocks, rate) {
   return (await offline.startRendering()).getChannelData(0);
 }
 
-// What the browser has. Some send the sound to their maker.
+// The browser's own recognizer. Some browsers send the sound to their vendor.
 export class BrowsersListener {
   static get made() {
     return window.SpeechRecognition || window.webkitSpeechRecognition;

@@ -1,11 +1,11 @@
-// The operator's desk: which vehicle is shown, and what waits for an answer.
+// The operator's page: the selected vehicle, and the queue of entries that wait for an answer.
 
 import { get, post } from "/files/api.js";
 
 const $ = (id) => document.getElementById(id);
 const EVERY_MS = 1500;
 
-// `about`: whom it concerns, for those who hear the button and do not see where it stands.
+// `about`: the subject of the button, for screen readers, which do not convey its position.
 function button(label, about, press) {
   const made = document.createElement("button");
   made.type = "button";
@@ -16,13 +16,13 @@ function button(label, about, press) {
 }
 
 export class Desk {
-  // `look` is called with the vehicle to show.
+  // `look` is called with the vehicle to display.
   constructor(look) {
     this.look = look;
     this.shown = "";
     $("desk").hidden = false;
-    $("title").textContent = "Operator’s desk";
-    document.title = "Operator’s desk";
+    $("title").textContent = "Operator’s page";
+    document.title = "Operator’s page";
     $("vehicle").addEventListener("change", () => this.look($("vehicle").value));
     this.refresh();
     setInterval(() => this.refresh(), EVERY_MS);
@@ -34,7 +34,7 @@ export class Desk {
       this.choose(vehicles);
       this.list(queue);
     } catch {
-      // The page says by itself when the server is gone; the next look is soon.
+      // The page reports a lost server elsewhere, and the next poll follows soon.
     }
   }
 
@@ -92,7 +92,7 @@ export class Desk {
     return this.done(`/api/vehicles/${encodeURIComponent(vehicle)}/answer`, { yes, question_id });
   }
 
-  // The queue as it is afterwards shows whether it worked; why not is told where other outcomes are.
+  // The updated queue shows the result. The reason of a failure is displayed with the other outcomes.
   async done(path, body) {
     try {
       await post(path, body);

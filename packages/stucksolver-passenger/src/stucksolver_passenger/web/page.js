@@ -1,4 +1,4 @@
-// Puts the page together.
+// Connects the parts of the page.
 
 import { get, keepToken, listen, token, tokenTold } from "/files/api.js";
 import { Desk } from "/files/operator.js";
@@ -18,7 +18,7 @@ let paused = false;
 let names = {};
 const shown = { view: 0, picture: 0 };
 
-// Pictures may be paused, and come once a second only for those who asked for less motion.
+// Pictures can be paused. With the setting for reduced motion they come once a second.
 function due(what) {
   if (paused) return false;
   const now = performance.now();

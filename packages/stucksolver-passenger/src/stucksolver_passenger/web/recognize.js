@@ -1,12 +1,12 @@
-// A worker: turns sound into text with Moonshine's English model. All its files come from the page's own server.
+// A worker: converts sound to text with Moonshine's English model. All its files come from the page's own server.
 //
 // The model is an encoder and a decoder (Jeffries et al., "Moonshine: Speech Recognition for Live Transcription and
-// Voice Commands", 2024). The decoder writes one word piece at a time, the likeliest, and keeps what it has computed.
+// Voice Commands", 2024). The decoder outputs one word piece at a time, the most probable one, and caches its state.
 
 const RATE_HZ = 16000;
-const PIECES_A_SECOND = 6; // the model's own bound: faster "speech" is one phrase over and over
+const PIECES_A_SECOND = 6; // the model's own bound: faster output repeats one phrase endlessly
 const LAYERS = 6, HEADS = 8, WIDTH = 36; // of the model "tiny"
-const FIRST = 1, LAST = 2; // word pieces that begin and end a text
+const FIRST = 1, LAST = 2; // word pieces at the start and end of a text
 
 const base = new URL(self.location.href).searchParams.get("from");
 const ready = load();
@@ -14,14 +14,14 @@ const ready = load();
 async function load() {
   const [ort, { default: tokenizer }] = await Promise.all([import(`${base}/ort.mjs`), import(`${base}/tokenizer.js`)]);
   ort.env.wasm.wasmPaths = `${base}/`;
-  ort.env.wasm.numThreads = 1; // more need headers that shut out other things
+  ort.env.wasm.numThreads = 1; // more threads need response headers that block other content
   ort.env.logLevel = "error";
   const [encoder, decoder] = await Promise.all(["encoder", "decoder"].map(
     (name) => ort.InferenceSession.create(`${base}/${name}.onnx`, { executionProviders: ["wasm"] })));
   return { ort, tokenizer, encoder, decoder };
 }
 
-// Nothing computed yet: what the decoder is told at its first word piece.
+// The empty cache: the decoder's input at its first word piece.
 function empty(ort) {
   const kept = {};
   for (let layer = 0; layer < LAYERS; layer++) {
@@ -55,7 +55,7 @@ async function recognize(sound) {
     const piece = likeliest(out.logits.data);
     if (piece === LAST) break;
     pieces.push(piece);
-    // What is known of the sound stays as the first step computed it; only what is known of the text grows.
+    // The cache of the sound stays as in the first step. Only the cache of the text grows.
     kept = Object.fromEntries(Object.entries(kept).map(([name, before]) => {
       const now = out[name.replace("past_key_values", "present")];
       return [name, step === 0 || name.includes("decoder.") ? now : before];

@@ -1,4 +1,4 @@
-// The words: what the car thinks, what it asks, what may be answered, and what was said. All of it is set as text.
+// The text of the page: status, question, quick replies and conversation. It is inserted as text, never as HTML.
 
 import { insist, post } from "/files/api.js";
 
@@ -37,14 +37,14 @@ export class Talk {
     $("help").hidden = role === "operator";
   }
 
-  // Another drive begins.
+  // Starts a new drive.
   forget() {
     this.lines.clear();
     this.last = 0;
     $("lines").replaceChildren();
   }
 
-  // Everything about the car, as the API's `Now` has it.
+  // Displays the state of the car (`VehicleReport` of the API).
   show(now) {
     setText($("thought"), now.thought);
     setText($("intention"), now.intention);
@@ -69,7 +69,7 @@ export class Talk {
     return question.to === this.role || question.to === "passenger" ? question.text : `To the operator: ${question.text}`;
   }
 
-  // Yes and no have buttons of their own.
+  // Yes and no have their own buttons.
   offer(answers, ended) {
     const says = ended ? [] : answers.filter((answer) => answer.does === "say");
     const key = JSON.stringify(says);

@@ -20,7 +20,7 @@ export class View {
     new ResizeObserver(() => this.draw()).observe(canvas);
   }
 
-  // What stands still; the drive begins anew.
+  // The static part. It starts a new drive.
   scenery(told) {
     this.run = {
       map: {
@@ -40,7 +40,7 @@ export class View {
     this.path = "";
   }
 
-  // Who is where now. Everyone but this car is known at this one frame only; its own way is kept, for the trail.
+  // The moving part. Other road users exist in this one frame only; the car's own path is stored for its trail.
   show(told) {
     if (!this.run) return;
     const { run } = this;

@@ -1,4 +1,4 @@
-// Voice in and out. Both are off until somebody switches them on, and the page says where the sound goes.
+// Voice input and output. Both are off until a person switches them on. The page states where the sound is sent.
 
 import { BrowsersListener, OwnListener } from "/files/listener.js";
 
@@ -14,7 +14,7 @@ function toggle(button) {
   return on;
 }
 
-// The recognizer that this car offers, else the browser's own, else none.
+// The recognizer of this car, else the browser's own, else none.
 async function listener() {
   if (!window.isSecureContext) return null;
   const { version } = await (await fetch("/voice")).json();
@@ -23,7 +23,7 @@ async function listener() {
 }
 
 export class Voice {
-  // `heard` is called with what was recognized, `told` with what went wrong.
+  // `heard` is called with the recognized text, `told` with an error.
   constructor(heard, told) {
     this.heard = heard;
     this.told = told;
@@ -40,7 +40,7 @@ export class Voice {
     $("listen").addEventListener("click", () => {
       $("speak").hidden = !toggle($("listen"));
       if ($("speak").hidden && this.listening) this.listener.abort();
-      else if (!$("speak").hidden && this.listener.recognizer) this.listener.recognizer(); // it takes a while to load
+      else if (!$("speak").hidden && this.listener.recognizer) this.listener.recognizer(); // its load takes a while
     });
     $("speak").addEventListener("click", () => this.listenOnce());
     listener().then((found) => this.offer(found), () => {});
@@ -65,7 +65,7 @@ export class Voice {
       this.listener.stop();
       return;
     }
-    if (this.aloud) speechSynthesis.cancel(); // it would hear itself
+    if (this.aloud) speechSynthesis.cancel(); // otherwise the microphone records the output
     this.listening = true;
     $("speak").setAttribute("aria-pressed", "true");
     $("speak").textContent = "One moment …";

@@ -1,1 +1,1 @@
-"""The static environment: roads, markings, signs, houses and trees, read from the map or made up."""
+"""The static environment: roads, markings, signs, houses and trees, from the map or generated."""

@@ -1,4 +1,4 @@
-"""Asphalt in the gaps between the roads of a junction: maps define each turn as a separate road, with gaps between."""
+"""Asphalt in the gaps between the roads of a junction. Maps define each turn as a separate road, with gaps between."""
 
 from __future__ import annotations
 
@@ -14,14 +14,15 @@ from carlette.camera.rendering import tags
 from carlette.geometry import Floats
 
 LARGEST_GAP_M2 = 450.0
+"""Largest hole between lanes that counts as a gap (m²). Ours."""
 BELOW_M = 0.03
-"""Height below the lanes, which overlap its edges (m)."""
+"""Height below the lanes, which overlap its edges (m). Ours."""
 CLOSE_M = 0.15
-"""Lanes this close together leave no gap (m)."""
+"""Distance below which two lanes leave no gap (m). Ours."""
 
 
 def fill_gaps(pavement: Pavement, color: Color = JUNCTION) -> list[Mesh]:
-    """Meshes of all gaps in all junctions."""
+    """Return meshes of all gaps in all junctions."""
     if not pavement.junctions:
         return []
     lanes = shapely.polygons(np.concatenate(pavement.lanes))
@@ -38,7 +39,7 @@ def fill_gaps(pavement: Pavement, color: Color = JUNCTION) -> list[Mesh]:
 
 
 def _gaps(lanes: Any) -> Iterator[Any]:
-    """Closed holes between lanes."""
+    """Yield closed holes between lanes."""
     joined = shapely.union_all(shapely.buffer(shapely.make_valid(lanes), CLOSE_M, quad_segs=1))
     for part in shapely.get_parts(joined):
         for ring in shapely.get_rings(part)[1:]:
@@ -48,7 +49,7 @@ def _gaps(lanes: Any) -> Iterator[Any]:
 
 
 def _triangles(gap: Any, known: Floats) -> Iterator[Floats]:
-    """Triangles (4, 3; the last corner twice) that cover a gap, at the height of the nearest lane."""
+    """Yield triangles (4, 3; the last corner twice) that cover a gap, at the height of the nearest lane."""
     for triangle in shapely.get_parts(shapely.delaunay_triangles(gap)):
         if gap.contains(triangle.centroid):
             flat = np.array(triangle.exterior.coords)[:3]

@@ -1,5 +1,6 @@
-"""Second heads of traffic lights, for drivers at the stop line who cannot see the first: beyond the line, off all
-lanes.
+"""Second heads of traffic lights, for drivers at the stop line who cannot see the first.
+
+They are beyond the line, off all lanes.
 """
 
 from __future__ import annotations
@@ -19,24 +20,29 @@ from carlette.opendrive.road_network import RoadNetwork
 from carlette.opendrive.signals import LIGHT_TYPE, Signal, read_signals
 
 EYE_BACK_M, EYE_UP_M = 3.7, 1.6
-"""A front camera, seen from the stop line, when the car's nose is two metres short of it."""
+"""Position of a front camera relative to the stop line (m), if the car's nose is two meters before the line. Ours."""
 WIDEST_TAN, STEEPEST_TAN = math.tan(math.radians(38.0)), math.tan(math.radians(24.0))
-"""Within a picture of 800x450 pixels and 90 degrees, off its edge."""
+"""Tangents of the angles within a picture of 800x450 pixels and 90 degrees, with a margin to its edge. Ours."""
 LANE_M = 3.5
+"""Width of a lane, for the positions of the outermost cameras (m)."""
 NEAREST_M = 7.0
+"""Smallest distance of a second post from the camera (m). Ours."""
 FARTHEST_M = 60
+"""Largest distance of a second post from the camera (m). Ours."""
 OFF_LANE_M = 0.9
+"""Smallest distance of a second post from a lane's edge (m). Ours."""
 LATERALS_M = (1.2, 2.5, 4.0, 6.0, 9.0)
-"""Beside the governed lanes: first on the right, then on the left, then straight ahead of them."""
+"""Lateral distances of a second post from the governed lanes (m), in the order of the search.
+
+The search tries the right side first, then the left, then straight ahead of the lanes. Ours.
+"""
 
 _finding = Lock()
 _found: WeakKeyDictionary[RoadNetwork, list[Point | None]] = WeakKeyDictionary()
 
 
 def repeaters_of(roads: RoadNetwork) -> list[Point | None]:
-    """Return, for each traffic light of a map, the foot of a second post in its actor's frame (m); None if not
-    needed.
-    """
+    """Return the foot of each light's second post in its actor's frame (m), or None where no second post is needed."""
     with _finding:
         found = _found.get(roads)
         if found is None:
@@ -47,7 +53,7 @@ def repeaters_of(roads: RoadNetwork) -> list[Point | None]:
 
 
 def eyes(signal: Signal) -> list[Point]:
-    """Front cameras of the first cars in the outermost governed lanes, in the light's frame."""
+    """Return the front cameras of the first cars in the outermost governed lanes, in the light's frame."""
     center, half = signal.box.center, signal.box.extent.x
     aside = max(half - LANE_M / 2, 0.0)
     y = center.y - BEYOND_BOX_M + EYE_BACK_M
@@ -55,7 +61,7 @@ def eyes(signal: Signal) -> list[Point]:
 
 
 def is_in_sight(eye: Point, head: Point) -> bool:
-    """True if a camera that looks along the lane sees a head well within its picture."""
+    """True if a camera that looks along the lane shows a head well within its picture."""
     ahead = eye[1] - head[1]
     aside, up = abs(head[0] - eye[0]), abs(head[2] - eye[2])
     return ahead > 0.0 and aside <= WIDEST_TAN * ahead and up <= STEEPEST_TAN * math.hypot(ahead, aside)
@@ -77,10 +83,10 @@ def _repeater(roads: RoadNetwork, signal: Signal) -> Point | None:
 
 def _candidates(signal: Signal) -> Iterator[tuple[float, float]]:
     center, half = signal.box.center, signal.box.extent.x
-    beside = [center.x + half + lateral for lateral in LATERALS_M]
-    beside += [center.x - half - lateral for lateral in LATERALS_M]
+    sides = [center.x + half + lateral for lateral in LATERALS_M]
+    sides += [center.x - half - lateral for lateral in LATERALS_M]
     eye_y = center.y - BEYOND_BOX_M + EYE_BACK_M
-    for step, x in itertools.product(range(math.ceil(FARTHEST_M - NEAREST_M)), [*beside, center.x]):
+    for step, x in itertools.product(range(math.ceil(FARTHEST_M - NEAREST_M)), [*sides, center.x]):
         yield x, eye_y - NEAREST_M - step
 
 

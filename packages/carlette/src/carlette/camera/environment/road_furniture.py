@@ -19,20 +19,23 @@ from carlette.opendrive.road_network import RoadNetwork
 from carlette.opendrive.signals import LIGHT_TYPE, Signal
 
 BAR_M = 0.5
+"""Width of a zebra bar (m). Ours."""
 BAR_GAP_M = 0.5
+"""Gap between zebra bars (m). Ours."""
 STOP_LINE_M = 0.4
+"""Width of a stop line (m). Ours."""
 BEYOND_BOX_M = 1.7
-"""Distance from the middle of a trigger box to the stop line (m)."""
+"""Distance from the middle of a trigger box to the stop line (m). Ours."""
 
 
 def crosswalks(network: RoadNetwork) -> list[Mesh]:
-    """Zebra bars of all crosswalks."""
+    """Return the zebra bars of all crosswalks."""
     rings = _rings(network.map.get_crosswalks())
     return [quads(_bars(ring[:4]), WHITE, tags.ROAD_LINE) for ring in rings if len(ring) >= 4]
 
 
 def stop_lines(signals: list[Signal]) -> list[Mesh]:
-    """A line across the governed lanes of each light and sign; shark's teeth at yield signs."""
+    """Return a line across the governed lanes of each light and sign; shark's teeth at yield signs."""
     made = []
     for signal in signals:
         half_m = signal.box.extent.x - 0.15
@@ -53,7 +56,7 @@ def stop_lines(signals: list[Signal]) -> list[Mesh]:
 
 
 def signs(root: ElementTree.Element, roads: list[SampledRoad], signals: list[Signal]) -> list[tuple[Mesh, Floats]]:
-    """Sign meshes with their places (3,)."""
+    """Return sign meshes with their positions (3,)."""
     made: list[tuple[Mesh, Floats]] = []
     governed = {item.id: item for item in signals if item.type != LIGHT_TYPE}
     by_id = {road.id: road for road in roads}
@@ -63,7 +66,7 @@ def signs(root: ElementTree.Element, roads: list[SampledRoad], signals: list[Sig
             kind = kind_of(item.get("name", ""), item.get("type", ""), item.get("value", ""))
             if kind is None:
                 continue
-            point, yaw = _beside(road, float(item.get("s", "0")), float(item.get("t", "0")))
+            point, yaw = _point_beside_road(road, float(item.get("s", "0")), float(item.get("t", "0")))
             signal = governed.get(item.get("id", ""))
             if signal is not None:
                 yaw = math.radians(signal.pose.rotation.yaw + 90.0)
@@ -72,7 +75,7 @@ def signs(root: ElementTree.Element, roads: list[SampledRoad], signals: list[Sig
 
 
 def stencils(root: ElementTree.Element, roads: list[SampledRoad]) -> list[Mesh]:
-    """Letters, arrows and single stop lines painted on the road."""
+    """Return letters, arrows and single stop lines painted on the road."""
     made = []
     by_id = {road.id: road for road in roads}
     for element in root.findall("road"):
@@ -81,7 +84,7 @@ def stencils(root: ElementTree.Element, roads: list[SampledRoad]) -> list[Mesh]:
             builder = _stencil(item.get("name", ""))
             if builder is not None:
                 s, t = float(item.get("s", "0")), float(item.get("t", "0"))
-                point, yaw = _beside(road, s, t)
+                point, yaw = _point_beside_road(road, s, t)
                 placed = builder.mesh().placed(
                     float(point[0]), float(point[1]), float(point[2]) + PAINT_UP_M, yaw + math.pi
                 )
@@ -90,7 +93,7 @@ def stencils(root: ElementTree.Element, roads: list[SampledRoad]) -> list[Mesh]:
 
 
 def _stencil(name: str) -> Builder | None:
-    """A road marking that is read by a driver who drives along +x."""
+    """Return a road marking for a driver who drives along +x."""
     builder = Builder(tags.ROAD_LINE)
     if name == "Stencil_STOP":
         lettering(builder, "STOP", (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), (1.0, 0.0, 0.0), 2.4, WHITE, width_m=2.2)
@@ -109,21 +112,21 @@ def _stencil(name: str) -> Builder | None:
     return None
 
 
-def _beside(road: SampledRoad, s: float, t: float) -> tuple[Floats, float]:
-    """A place beside a road, and the yaw (rad) that faces the traffic passing on that side."""
+def _point_beside_road(road: SampledRoad, s: float, t: float) -> tuple[Floats, float]:
+    """Return a position next to a road, and the yaw (rad) that faces the traffic passing on that side."""
     at = np.array([min(max(s, 0.0), road.length)])
     point = road.points(at, np.array([t]))[0]
     heading = float(road.line(at)[2][0])
     section = next((item for item in reversed(road.sections) if item.start <= s + 1e-6), road.sections[0])
     left = any(lane.kind == "driving" for lane in section.left)
     right = any(lane.kind == "driving" for lane in section.right)
-    middle = float(road.offset.at(at)[0])
+    middle = float(road.offset.value_at(at)[0])
     is_forward = right if left != right else t < middle
     return point, -heading + (math.pi if is_forward else 0.0)
 
 
 def _rings(places: list[Any]) -> list[Floats]:
-    """Closed polygons from a flat list of points; each polygon ends at its first point."""
+    """Return closed polygons from a flat list of points; each polygon ends at its first point."""
     rings: list[Floats] = []
     current: list[tuple[float, float, float]] = []
     for place in places:
@@ -137,7 +140,7 @@ def _rings(places: list[Any]) -> list[Floats]:
 
 
 def _bars(ring: Floats) -> Floats:
-    """Bars along the shorter sides of a four-cornered ring."""
+    """Return bars along the shorter sides of a four-cornered ring."""
     if np.linalg.norm(ring[1] - ring[0]) < np.linalg.norm(ring[2] - ring[1]):
         ring = np.roll(ring, -1, axis=0)
     a, b, c, d = ring

@@ -1,4 +1,4 @@
-"""The road's surface as meshes: lanes, kerbs and sidewalks, and the paint along lanes."""
+"""The road's surface as meshes: lanes, curbs and sidewalks, and the paint along lanes."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from carlette.camera.environment.sampled_roads import SampledLane, SampledMarkin
 from carlette.camera.models.mesh import Color, Mesh, quads
 from carlette.camera.rendering import tags
 from carlette.geometry import Floats
-from carlette.opendrive.road_network import KERB_M
+from carlette.opendrive.road_network import CURB_M
 
 ASPHALT: Color = (92, 93, 96)
 JUNCTION: Color = (90, 91, 94)
 GUTTER: Color = (112, 111, 108)
 SLABS: Color = (168, 163, 154)
-KERB: Color = (196, 193, 186)
+CURB: Color = (196, 193, 186)
 VERGE: Color = (104, 128, 70)
 SOIL: Color = (120, 114, 104)
 CYCLEWAY: Color = (128, 84, 76)
@@ -25,16 +25,22 @@ WHITE: Color = (236, 236, 230)
 YELLOW: Color = (238, 178, 28)
 PAINTS = {"yellow": YELLOW, "blue": (60, 100, 200), "red": (200, 50, 40), "green": (50, 160, 70)}
 PAINT_UP_M = 0.02
-KERB_TOP_M = 0.14
+"""Height of paint above the road (m), so that it is drawn on top. Ours."""
+CURB_TOP_M = 0.14
+"""Width of the lighter line along a curb's edge (m). Ours."""
 LEAST_PAINT_M = 0.15
+"""Smallest width of a painted line (m), so that it is visible in a picture. Ours."""
 DASH_M = 3.0
+"""Length of a dash (m). Ours."""
 GAP_M = 4.5
+"""Gap between dashes (m). Ours."""
 SKIRT_M = 1.2
+"""Depth of the skirt below the outermost borders (m). Ours."""
 
 _FLOORS: dict[str, tuple[Color, int]] = {
     "sidewalk": (SLABS, tags.SIDEWALK),
     "walking": (SLABS, tags.SIDEWALK),
-    "curb": (KERB, tags.SIDEWALK),
+    "curb": (CURB, tags.SIDEWALK),
     "shoulder": (GUTTER, tags.ROAD),
     "none": (VERGE, tags.TERRAIN),
     "median": (VERGE, tags.TERRAIN),
@@ -43,8 +49,8 @@ _FLOORS: dict[str, tuple[Color, int]] = {
     "tram": (ASPHALT, tags.RAIL_TRACK),
     "rail": (ASPHALT, tags.RAIL_TRACK),
 }
-"""Lane type to colour and tag; all others are asphalt."""
-_RAISED = {"sidewalk": KERB_M, "walking": KERB_M, "median": KERB_M}
+"""Color and tag by lane type. All others are asphalt."""
+_RAISED = {"sidewalk": CURB_M, "walking": CURB_M, "median": CURB_M}
 
 
 @dataclass
@@ -54,9 +60,9 @@ class Pavement:
     floor: list[Mesh] = field(default_factory=list)
     paint: list[Mesh] = field(default_factory=list)
     lanes: list[Floats] = field(default_factory=list)
-    """Quads of all lanes, (n, 4, 2) (m): nothing else may be placed there."""
+    """Quads of all lanes, (n, 4, 2) (m). Nothing else may be placed there."""
     driving: list[Floats] = field(default_factory=list)
-    """The quads that cars drive on."""
+    """Quads of the driving lanes."""
     junctions: dict[int, list[Floats]] = field(default_factory=dict)
     """Quads (n, 4, 3) of the lanes of each junction."""
     edges: list[tuple[SampledRoad, Floats, Floats]] = field(default_factory=list)
@@ -64,7 +70,7 @@ class Pavement:
 
 
 def pave(roads: list[SampledRoad]) -> Pavement:
-    """Lanes, kerbs and paint of all roads."""
+    """Return lanes, curbs and paint of all roads."""
     made = Pavement()
     for road in roads:
         for section in road.sections:
@@ -72,7 +78,7 @@ def pave(roads: list[SampledRoad]) -> Pavement:
             borders = road.borders(section, s)
             for lane, inner, outer in borders:
                 _lane(made, road, s, (lane, inner, outer))
-            _kerbs(made, road, s, borders)
+            _curbs(made, road, s, borders)
             _outside(made, road, s, borders)
             made.paint.extend(_markings(road, section))
     return made
@@ -81,14 +87,14 @@ def pave(roads: list[SampledRoad]) -> Pavement:
 def _strip(
     road: SampledRoad, s: Floats, first: Floats, second: Floats, up_m: float = 0.0, up_other_m: float = 0.0
 ) -> Floats:
-    """Quads (n, 4, 3) between two lines along the road, facing up."""
+    """Return quads (n, 4, 3) between two lines along the road, facing up."""
     a, b = road.points(s, first, up_m), road.points(s, second, up_other_m)
     strip = np.stack([a[:-1], b[:-1], b[1:], a[1:]], axis=1)
     return upward(strip)
 
 
 def upward(corners: Floats) -> Floats:
-    """The same quads, each seen from above."""
+    """Return the same quads, each seen from above."""
     first, last = corners[:, 2, :2] - corners[:, 0, :2], corners[:, 3, :2] - corners[:, 1, :2]
     down = first[:, 0] * last[:, 1] - first[:, 1] * last[:, 0] < 0
     corners[down] = corners[down][:, ::-1]
@@ -113,8 +119,8 @@ def _lane(made: Pavement, road: SampledRoad, s: Floats, place: tuple[SampledLane
         made.driving.append(strip[..., :2])
 
 
-def _kerbs(made: Pavement, road: SampledRoad, s: Floats, borders: list[tuple[SampledLane, Floats, Floats]]) -> None:
-    """The step up to each raised lane, and a lighter line along its edge."""
+def _curbs(made: Pavement, road: SampledRoad, s: Floats, borders: list[tuple[SampledLane, Floats, Floats]]) -> None:
+    """Draw the step up to each raised lane, and a lighter line along its edge."""
     for number, (lane, inner, outer) in enumerate(borders):
         up_m = _RAISED.get(lane.kind, 0.0)
         before = borders[number - 1][0] if number and (borders[number - 1][0].id > 0) == (lane.id > 0) else None
@@ -123,15 +129,15 @@ def _kerbs(made: Pavement, road: SampledRoad, s: Floats, borders: list[tuple[Sam
         sign = 1.0 if lane.id > 0 else -1.0
         if before is not None and before.kind not in _RAISED:
             wall = _wall(road, s, inner, up_m, -sign)
-            top = _strip(road, s, inner, inner + sign * KERB_TOP_M, up_m + 0.01, up_m + 0.01)
-            made.floor += [quads(wall, KERB, tags.SIDEWALK), quads(top, KERB, tags.SIDEWALK)]
+            top = _strip(road, s, inner, inner + sign * CURB_TOP_M, up_m + 0.01, up_m + 0.01)
+            made.floor += [quads(wall, CURB, tags.SIDEWALK), quads(top, CURB, tags.SIDEWALK)]
         after = borders[number + 1][0] if number + 1 < len(borders) else None
         if after is not None and (after.id > 0) == (lane.id > 0) and after.kind not in _RAISED:
-            made.floor.append(quads(_wall(road, s, outer, up_m, sign), KERB, tags.SIDEWALK))
+            made.floor.append(quads(_wall(road, s, outer, up_m, sign), CURB, tags.SIDEWALK))
 
 
 def _wall(road: SampledRoad, s: Floats, t: Floats, up_m: float, left: float, down_m: float = 0.0) -> Floats:
-    """A vertical strip along the road, visible from its left (`left` = 1) or right (-1)."""
+    """Return a vertical strip along the road, visible from its left (`left` = 1) or right (-1)."""
     low, high = road.points(s, t, -down_m), road.points(s, t, up_m)
     strip = np.stack([low[:-1], low[1:], high[1:], high[:-1]], axis=1)
     aside = road.points(s, t + left) - road.points(s, t)
@@ -142,11 +148,11 @@ def _wall(road: SampledRoad, s: Floats, t: Floats, up_m: float, left: float, dow
 
 
 def _outside(made: Pavement, road: SampledRoad, s: Floats, borders: list[tuple[SampledLane, Floats, Floats]]) -> None:
-    """A skirt below the outermost borders, down to the terrain, and the borders themselves for the roadside."""
+    """Draw a skirt below the outermost borders, down to the terrain, and store the borders for the roadside."""
     for sign in (1.0, -1.0):
         side = [border for border in borders if (border[0].id > 0) == (sign > 0)]
         lane = side[-1][0] if side else None
-        t = side[-1][2] if side else road.offset.at(s)
+        t = side[-1][2] if side else road.offset.value_at(s)
         up_m = _RAISED.get(lane.kind, 0.0) if lane else 0.0
         made.floor.append(
             quads(_wall(road, s, t, up_m, sign, SKIRT_M), JUNCTION if road.junction >= 0 else SOIL, tags.TERRAIN)
@@ -156,7 +162,7 @@ def _outside(made: Pavement, road: SampledRoad, s: Floats, borders: list[tuple[S
 
 
 def _markings(road: SampledRoad, section: SampledSection) -> Iterator[Mesh]:
-    """The paint of one section."""
+    """Yield the paint of one section."""
     lines: list[tuple[list[SampledMarking], float, SampledLane | None]] = [(section.center_marks, 0.0, None)]
     lines += [(lane.marks, 1.0 if lane.id > 0 else -1.0, lane) for lane in [*section.left, *section.right]]
     for marks, sign, lane in lines:
@@ -182,7 +188,7 @@ def _mark(
         return
     up_m = PAINT_UP_M + (_RAISED.get(lane.kind, 0.0) if lane else 0.0)
     for number, part in enumerate(parts):
-        # Of a double line, the first part named is the one nearer to the road's left.
+        # The first part of a double line is nearer to the road's left.
         shift = 0.0 if len(parts) == 1 else (0.5 - number) * 2.2 * width * (sign or 1.0)
         stretches = [reach] if part == "solid" else list(_dashes(section.start, *reach))
         strips = [_painted(road, section, lane, stretch, (shift, width), up_m) for stretch in stretches]
@@ -208,7 +214,7 @@ def _painted(
 ) -> Floats:
     s = road.stations(*reach)
     shift, width = line
-    t = road.offset.at(s)
+    t = road.offset.value_at(s)
     if lane is not None:
         t = next(outer for border, _, outer in road.borders(section, s) if border.id == lane.id)
     return _strip(road, s, t + shift - width / 2, t + shift + width / 2, up_m, up_m)

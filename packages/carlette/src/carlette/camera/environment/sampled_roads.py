@@ -14,9 +14,13 @@ import numpy as np
 from carlette.geometry import Floats
 
 LONGEST_STEP_M = 8.0
+"""Longest quad of a straight, flat road (m). Ours."""
 HILLY_STEP_M = 4.0
+"""Longest quad of a road with slopes (m). Ours."""
 CHORD_ERROR_M = 0.03
+"""Largest deviation of a quad from a bend (m). Ours."""
 _SPIRAL_STEP_M = 0.25
+"""Step of the integration of a clothoid (m). Ours."""
 
 
 @dataclass(frozen=True)
@@ -27,7 +31,7 @@ class Cubic:
     rows: Floats
     """(n, 4)"""
 
-    def at(self, s: Floats) -> Floats:
+    def value_at(self, s: Floats) -> Floats:
         """Return the value at each `s`; zero if there are no pieces."""
         if not len(self.starts):
             return np.zeros_like(s)
@@ -65,7 +69,7 @@ class SampledLane:
 
 @dataclass(frozen=True)
 class SampledSection:
-    """A stretch of road with the same lanes; `lanes` from the centre outwards, left ones (positive ids) first."""
+    """A stretch of road with the same lanes. `lanes` from the center outward, left ones (positive ids) first."""
 
     start: float
     end: float
@@ -89,7 +93,7 @@ class SampledRoad:
     sections: list[SampledSection] = field(default_factory=list)
 
     def line(self, s: Floats) -> tuple[Floats, Floats, Floats]:
-        """x, y (OpenDRIVE's) and heading of the reference line."""
+        """Return x, y (OpenDRIVE's) and heading of the reference line."""
         x, y, heading = (np.empty_like(s) for _ in range(3))
         starts = np.array([piece[0] for piece in self.pieces])
         index = np.maximum(starts.searchsorted(s + 1e-9, side="right") - 1, 0)
@@ -99,12 +103,14 @@ class SampledRoad:
         return x, y, heading
 
     def points(self, s: Floats, t: Floats, up_m: float = 0.0) -> Floats:
-        """World points (n, 3) at `s` along and `t` to the left of the reference line."""
+        """Return world points (n, 3) at `s` along and `t` to the left of the reference line."""
         x, y, heading = self.line(s)
-        return np.stack([x - t * np.sin(heading), -(y + t * np.cos(heading)), self.elevation.at(s) + up_m], axis=1)
+        return np.stack(
+            [x - t * np.sin(heading), -(y + t * np.cos(heading)), self.elevation.value_at(s) + up_m], axis=1
+        )
 
     def stations(self, start: float, end: float) -> Floats:
-        """Return where to cut the road between `start` and `end` (m) so that straight quads follow it."""
+        """Return the positions between `start` and `end` (m) at which to cut the road into straight quads."""
         cuts = {start, end}
         for s, _, _, _, length, kind, values in self.pieces:
             low, high = max(start, s), min(end, s + length)
@@ -121,16 +127,16 @@ class SampledRoad:
         """Return each lane with the offsets t of its inner and outer border at each `s` (m)."""
         found = []
         for lanes, sign in ((section.left, 1.0), (section.right, -1.0)):
-            inner = self.offset.at(s)
+            inner = self.offset.value_at(s)
             for lane in lanes:
-                outer = inner + sign * lane.width.at(s - section.start)
+                outer = inner + sign * lane.width.value_at(s - section.start)
                 found.append((lane, inner, outer))
                 inner = outer
         return found
 
 
 def read_roads(root: ElementTree.Element) -> list[SampledRoad]:
-    """All roads of a document."""
+    """Return all roads of a document."""
     return [_read_road(item) for item in root.findall("road")]
 
 
@@ -156,12 +162,14 @@ def _read_road(element: ElementTree.Element) -> SampledRoad:
 
 
 def _read_section(element: ElementTree.Element, start: float, end: float) -> SampledSection:
-    def side(name: str) -> list[SampledLane]:
+    def read_side(name: str) -> list[SampledLane]:
         found = [_read_lane(item, start) for item in element.findall(f"{name}/lane")]
         return sorted(found, key=lambda item: abs(item.id))
 
     center = element.find("center/lane")
-    return SampledSection(start, end, side("left"), side("right"), _marks(center, start) if center is not None else [])
+    return SampledSection(
+        start, end, read_side("left"), read_side("right"), _marks(center, start) if center is not None else []
+    )
 
 
 def _read_lane(element: ElementTree.Element, start: float) -> SampledLane:
@@ -232,7 +240,7 @@ def _local(kind: str, values: tuple[float, ...], ds: Floats, length: float) -> t
 
 
 def _spiral(curvature: float, change: float, ds: Floats) -> tuple[Floats, Floats, Floats]:
-    """A clothoid, by Simpson's rule on short steps."""
+    """Return a clothoid, by Simpson's rule on short steps."""
     end = float(ds.max(initial=0.0))
     count = max(2, math.ceil(end / _SPIRAL_STEP_M))
     grid = np.linspace(0.0, end, 2 * count + 1)

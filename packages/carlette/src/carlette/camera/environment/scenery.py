@@ -1,6 +1,6 @@
-"""Houses, trees, hedges and street lamps beside the roads: made up, but always the same for the same map.
+"""Houses, trees, hedges and street lamps along the roads: generated, but always the same for the same map.
 
-It is not in the map and takes no part in the physics, and it is never placed on a lane.
+They are not in the map, take no part in the physics, and are never placed on a lane.
 """
 
 from __future__ import annotations
@@ -23,8 +23,11 @@ from carlette.camera.rendering import tags
 from carlette.geometry import Floats
 
 PLOT_M = 17.0
+"""Distance between plots (m). Ours."""
 LAMP_EVERY_M = 32.0
+"""Distance between street lamps (m). Ours."""
 CLEARANCE_M = 1.5
+"""Clearance around a plot (m). Ours."""
 WALLS: tuple[Color, ...] = (
     (196, 176, 150), (170, 96, 78), (204, 198, 188), (150, 140, 130), (214, 188, 140), (128, 142, 156), (186, 150, 120),
 )  # fmt: skip
@@ -37,12 +40,12 @@ _COUNTRY = ("rural", "motorway", "lowSpeed")
 
 @dataclass(frozen=True)
 class Item:
-    """One thing beside the road."""
+    """One object at the roadside."""
 
     base: Mesh
     """The mesh that is visible from a distance."""
     detail: Mesh
-    """The mesh that is drawn only nearby."""
+    """The mesh that is drawn only at close range."""
     night: Mesh
     """The mesh that is drawn in the dark: lit windows and lamps."""
     place: tuple[float, float]
@@ -50,7 +53,7 @@ class Item:
 
 
 def scenery(pavement: Pavement, seed: int, taken: list[tuple[float, float]]) -> list[Item]:
-    """Return everything beside the roads. `taken` are places of posts that must stay visible (m)."""
+    """Return all objects at the roadsides. `taken` are positions of posts that must stay visible (m)."""
     lanes = shapely.polygons(np.concatenate(pavement.lanes))
     tree = shapely.STRtree(lanes)
     sites = _Sites(tree, taken)
@@ -73,7 +76,7 @@ class _Sites:
             self._book(shapely.Point(x, y).buffer(2.5))
 
     def claim(self, corners: Floats) -> bool:
-        """Claim a plot; False if a lane or another plot is in the way."""
+        """Claim a plot; False if it overlaps a lane or another plot."""
         plot = shapely.Polygon(corners)
         wide = plot.buffer(CLEARANCE_M)
         if len(self._lanes.query(wide, predicate="intersects")):
@@ -94,7 +97,7 @@ class _Sites:
 
 
 def _along(points: Floats, outward: Floats, step_m: float, start_m: float) -> Iterator[tuple[Floats, Floats]]:
-    """Points every `step_m` along a border, with the direction away from the road."""
+    """Yield points every `step_m` along a border, with the direction away from the road."""
     lengths = np.linalg.norm(np.diff(points[:, :2], axis=0), axis=1)
     total = np.concatenate([[0.0], np.cumsum(lengths)])
     for at in np.arange(start_m, total[-1], step_m):
@@ -152,7 +155,7 @@ def _house(place: Floats, away: Floats, random: Random, sites: _Sites) -> Item |
 
 
 def _building(width: float, depth: float, floors: int, random: Random) -> tuple[Mesh, Mesh, Mesh]:
-    """A house whose front looks along +x: walls and roof, windows, lit windows."""
+    """Return a house whose front looks along +x: walls and roof, windows, lit windows."""
     wall, height = random.choice(WALLS), 1.0 + 3.1 * floors
     base, detail, night = Builder(tags.BUILDING), Builder(tags.BUILDING), Builder(tags.BUILDING)
     hx, hy = depth / 2, width / 2
@@ -195,7 +198,7 @@ def _window(
     *,
     glow: bool,
 ) -> None:
-    """A pane in the front (0) or one of the gables (1, 2)."""
+    """Build a pane in the front (0) or one of the gables (1, 2)."""
     (across, z), (w, h) = at, (size[0] / 2, size[1] / 2)
     flat = [(across - w, z - h), (across + w, z - h), (across + w, z + h), (across - w, z + h)]
     if front == 0:
@@ -242,7 +245,7 @@ def _tree(kind: str, green: int) -> Mesh:
 
 @lru_cache(maxsize=1)
 def _lamp() -> tuple[Mesh, Mesh]:
-    """A street lamp whose arm reaches along +x, and its light with the pool on the road."""
+    """Return a street lamp whose arm reaches along +x, and its light with the pool on the road."""
     builder, shine = Builder(tags.POLE), Builder(tags.POLE)
     builder.cylinder((0, 0, 0), (0, 0, 6.6), 0.09, (112, 116, 120), sides=5, tip=0.06)
     builder.limb((0, 0, 6.5), (1.7, 0, 6.8), 0.08, 0.08, (112, 116, 120))

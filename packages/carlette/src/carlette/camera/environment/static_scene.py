@@ -26,18 +26,25 @@ from carlette.opendrive.road_network import RoadNetwork
 from carlette.opendrive.signals import LIGHT_TYPE, Signal, read_signals
 
 CHUNK_M = 48.0
+"""Edge of a chunk (m). Ours."""
 TERRAIN_M = 12.0
+"""Edge of a terrain square (m). Ours."""
 BORDER_M = 260.0
+"""Extent of the terrain beyond the outermost lanes (m). Ours."""
 UNDER_ROAD_M = 0.12
+"""Height of the terrain below the nearest road (m). Ours."""
 MEADOW = (112, 138, 74)
 SOLID, PAINT, DETAIL, NIGHT, WATER = "solid", "paint", "detail", "night", "water"
 LAYERS = (PAINT, DETAIL, SOLID, NIGHT, WATER)
-"""Markings before the floor below them: hidden pixels cost less. Night and water are translucent and come last."""
+"""Layers in the order of drawing.
+
+Markings precede the floor below them, because hidden pixels cost less. Night and water are translucent and come last.
+"""
 
 
 @dataclass
 class Chunk:
-    """The static things of one square of the map."""
+    """The static objects of one square of the map."""
 
     center: tuple[float, float, float]
     radius_m: float
@@ -46,24 +53,27 @@ class Chunk:
     _faded: dict[str, tuple[float, Bytes]] = field(default_factory=dict)
 
     def colors(self, layer: str, light: Light) -> Bytes:
-        """Colours (B G R A) of a layer's corners in this light, (n, 4, 4); kept until the light changes."""
-        kept = self._lit.get(layer)
-        if kept is None or kept[0] is not light:
+        """Return the colors (B G R A) of a layer's corners in this light, (n, 4, 4).
+
+        They are cached until the light changes.
+        """
+        cached = self._lit.get(layer)
+        if cached is None or cached[0] is not light:
             mesh = self.layers[layer]
             shown = light.lit(mesh.normals, mesh.colors, mesh.glow, mesh.tags)
-            kept = self._lit[layer] = (light, corner_colors(mesh, shown, adds=layer == NIGHT))
+            cached = self._lit[layer] = (light, corner_colors(mesh, shown, adds=layer == NIGHT))
             self._faded.pop(layer, None)
-        return kept[1]
+        return cached[1]
 
     def faded(self, layer: str, light: Light, share: float) -> Bytes:
-        """Return the same with this share of the haze's colour; the last result is cached."""
+        """Return the same colors with this share of the haze's color. The last result is cached."""
         colors = self.colors(layer, light)
-        kept = self._faded.get(layer)
-        if kept is None or kept[0] != share:
+        cached = self._faded.get(layer)
+        if cached is None or cached[0] != share:
             haze = np.array([light.fog[2], light.fog[1], light.fog[0], 255], np.float32)
             faded = (colors + (haze - colors) * np.float32(share)).astype(np.uint8)
-            kept = self._faded[layer] = (share, faded)
-        return kept[1]
+            cached = self._faded[layer] = (share, faded)
+        return cached[1]
 
 
 @dataclass(frozen=True)
@@ -72,7 +82,7 @@ class StaticScene:
 
     chunks: list[Chunk]
     centers: Floats
-    """(n, 3) middles of the chunks."""
+    """(n, 3) centers of the chunks."""
     radii: Floats
 
 
@@ -94,7 +104,7 @@ def build_static_scene(network: RoadNetwork) -> StaticScene:
     cells.spread(PAINT, paint)
     cells.spread(WATER, [_puddles(pavement)])
     for mesh, place in posts:
-        cells.put(SOLID, mesh, (float(place[0]), float(place[1])))
+        cells.add_mesh(SOLID, mesh, (float(place[0]), float(place[1])))
     for item in items:
         _put_item(cells, item)
     chunks = cells.chunks()
@@ -113,9 +123,9 @@ def _repeaters(network: RoadNetwork, signals: list[Signal]) -> list[tuple[float,
 
 
 def _put_item(cells: _Cells, item: Item) -> None:
-    cells.put(SOLID, item.base, item.place)
-    cells.put(DETAIL, item.detail, item.place)
-    cells.put(NIGHT, item.night, item.place)
+    cells.add_mesh(SOLID, item.base, item.place)
+    cells.add_mesh(DETAIL, item.detail, item.place)
+    cells.add_mesh(NIGHT, item.night, item.place)
 
 
 class _Cells:
@@ -124,7 +134,7 @@ class _Cells:
     def __init__(self) -> None:
         self._meshes: dict[tuple[int, int], dict[str, list[Mesh]]] = defaultdict(lambda: defaultdict(list))
 
-    def put(self, layer: str, mesh: Mesh, place: tuple[float, float]) -> None:
+    def add_mesh(self, layer: str, mesh: Mesh, place: tuple[float, float]) -> None:
         if len(mesh):
             key = (math.floor(place[0] / CHUNK_M), math.floor(place[1] / CHUNK_M))
             self._meshes[key][layer].append(mesh)
@@ -155,7 +165,7 @@ class _Cells:
 
 
 def _terrain(pavement: Pavement) -> Mesh:
-    """Meadow everywhere, a little below the nearest road."""
+    """Return a meadow everywhere, a little below the nearest road."""
     corners = np.concatenate([points for _, points, _ in pavement.edges])
     lanes = np.concatenate(pavement.lanes).mean(axis=1)
     low, high = lanes.min(axis=0) - BORDER_M, lanes.max(axis=0) + BORDER_M
@@ -176,7 +186,10 @@ def _terrain(pavement: Pavement) -> Mesh:
 
 
 def _heights(xs: Floats, ys: Floats, roadside: Floats) -> Floats:
-    """Lowest roadside near each knot; where there is none, that of the knots around, smoothed outwards."""
+    """Return the lowest roadside near each knot.
+
+    Knots without one get the height of the knots around, smoothed outward.
+    """
     heights = np.full((len(xs), len(ys)), np.inf)
     column = np.rint((roadside[:, 0] - xs[0]) / TERRAIN_M).astype(int)
     row = np.rint((roadside[:, 1] - ys[0]) / TERRAIN_M).astype(int)
@@ -203,7 +216,7 @@ _AROUND = ((-1, 0), (1, 0), (0, -1), (0, 1))
 
 
 def _puddles(pavement: Pavement) -> Mesh:
-    """Places where water can collect; each one's alpha is the wetness from which it is shown."""
+    """Return positions where water can collect. The alpha of each is the wetness from which it is shown."""
     lanes = np.concatenate(pavement.driving) if pavement.driving else np.zeros((0, 4, 2))
     floor = [item for item in pavement.floor if len(item) and item.tags[0] == tags.ROAD and item.colors[0, 0] < 100]
     random = np.random.default_rng(11)

@@ -11,14 +11,14 @@ from carlette.geometry import Box
 
 @dataclass(frozen=True)
 class Breed:
-    """Colours and proportions of a four-legged animal, in its length and height."""
+    """Colors and proportions of a four-legged animal, in its length and height."""
 
     coat: Color
     muzzle: Color
     legs: float
     """Length of the legs, as a share of the height at the head."""
     neck: float
-    """How far the head stands above the back, as a share of the height."""
+    """Height of the head above the back, as a share of the height."""
     spots: Color | None = None
     antlers: bool = False
     mane: Color | None = None
@@ -34,7 +34,7 @@ BREEDS = {
 
 
 def animal_mesh(type_id: str, box: Box, phase: float, share: float) -> Mesh:
-    """An animal in the frame of its actor (the middle of its body); legs swung to `phase`."""
+    """Return an animal in the frame of its actor (the middle of its body); legs swung to `phase`."""
     builder = Builder()
     if type_id == "animal.goose":
         _goose(builder, box, phase, share)

@@ -14,7 +14,7 @@ STEEL: Color = (150, 154, 158)
 
 
 def cycle_mesh(type_id: str, box: Box, wheelbase_m: float, color: Color, pedal: float, *, motor: bool) -> Mesh:
-    """A two-wheeler and its rider; `pedal` is the turn of the cranks (0 to 1)."""
+    """Return a two-wheeler and its rider; `pedal` is the turn of the cranks (0 to 1)."""
     builder = Builder(0)
     middle, half = box.center.x, box.extent.x
     low = max(box.center.z - box.extent.z, 0.0)
@@ -33,7 +33,7 @@ def cycle_mesh(type_id: str, box: Box, wheelbase_m: float, color: Color, pedal: 
 
 
 def lamp_places(type_id: str, box: Box, wheelbase_m: float) -> tuple[Point, Point]:
-    """Middles of a motorcycle's headlamp and of its tail lamp."""
+    """Return middles of a motorcycle's headlamp and of its tail lamp."""
     reach = min(wheelbase_m / 2, box.extent.x - _wheel_radius(type_id, motor=True))
     x, y = box.center.x, box.center.y
     return (x + reach + 0.03, y, 0.9), (x - reach - 0.25, y, 0.76)
@@ -121,7 +121,7 @@ def _motor_body(builder: Builder, type_id: str, box: Box, wheels: tuple[float, f
 def _rider(
     builder: Builder, type_id: str, box: Box, place: tuple[Point, float, float], pedal: float, *, motor: bool
 ) -> None:
-    """Sits on the saddle, hands on the bar, feet on pedals or rests."""
+    """Build a rider on the saddle, hands on the bar, feet on pedals or rests."""
     (sx, y, sz), reach, top = place
     h = 1.72
     head_z = top - 0.12 * h

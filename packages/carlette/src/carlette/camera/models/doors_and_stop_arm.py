@@ -13,13 +13,15 @@ from carlette.geometry import Box
 from carlette.physics.doors import SIDE_DOORS, STOP_ARM
 
 DOOR_M = 1.05
+"""Width of a door (m). Ours."""
 OPEN_DEG = 66.0
+"""Opening angle of a door (degrees). Ours."""
 INSIDE: Color = (58, 54, 52)
 DARK: Color = (16, 16, 18)
 
 
 def door_mesh(type_id: str, box: Box, door: int, swing: float, color: Color) -> Mesh:
-    """One side door (0 to 3) turned about its hinge, with the dark opening behind it; 7 is the stop arm."""
+    """Return one side door (0 to 3) turned about its hinge, with the dark opening behind it; 7 is the stop arm."""
     if door == STOP_ARM:
         return _stop_arm(type_id, box, swing)
     builder = Builder()
@@ -59,7 +61,7 @@ def door_mesh(type_id: str, box: Box, door: int, swing: float, color: Color) -> 
 
 
 def _stop_arm(type_id: str, box: Box, swing: float) -> Mesh:
-    """The octagon on its arm at the left side; shut it lies flat against the bus."""
+    """Return the octagon on its arm at the left side. The closed arm lies flat against the bus."""
     builder = Builder(tags.TRAFFIC_SIGN)
     frame = frame_of(type_id, box)
     x, y, z = box.center.x + 0.30 * box.extent.x, frame.y - frame.half - 0.04, 1.45

@@ -1,4 +1,4 @@
-"""A vehicle's lamps as they are lit, its light bar, the halos around lit lamps, and the beams on the road."""
+"""A vehicle's lit lamps, its light bar, the halos around the lamps, and the beams on the road."""
 
 from __future__ import annotations
 
@@ -12,8 +12,9 @@ from carlette.camera.models.vehicle_body import BodyDimensions, body_kind, frame
 from carlette.geometry import Box
 
 BLINK_S, BLINK_LIT = 0.7, 0.7
-"""Period of indicators, and the share of it in which they are lit."""
+"""Period of indicators (s), and the share of it in which they are lit. Ours."""
 FLASH_S = 0.4
+"""Half the period of flashing lights (s). Ours."""
 
 
 class VehicleLights(IntFlag):
@@ -42,7 +43,7 @@ BLUE: Color = (40, 90, 255)
 BEAM: Color = (255, 244, 206)
 
 
-def shown(flags: int, elapsed_s: float) -> tuple[int, int]:
+def lit_lamps(flags: int, elapsed_s: float) -> tuple[int, int]:
     """Return which lights are lit at this time (indicators blink), and the phase of flashing lights (0 or 1)."""
     lit = flags & 0x7FF
     if (elapsed_s / BLINK_S) % 1.0 >= BLINK_LIT:
@@ -52,7 +53,7 @@ def shown(flags: int, elapsed_s: float) -> tuple[int, int]:
 
 
 def lamp_meshes(type_id: str, box: Box, lit: int, phase: int) -> tuple[Mesh, Mesh]:
-    """The lamps, and the halos of those that are lit."""
+    """Return the lamps, and the halos of those that are lit."""
     lamps, halos = Builder(), Builder()
     frame = frame_of(type_id, box)
     state = VehicleLights(lit)
@@ -69,7 +70,7 @@ def lamp_meshes(type_id: str, box: Box, lit: int, phase: int) -> tuple[Mesh, Mes
 
 
 def cycle_lamp_meshes(type_id: str, box: Box, wheelbase_m: float, lit: int) -> tuple[Mesh, Mesh]:
-    """The lamps of a motorcycle, and the halos of those that are lit."""
+    """Return the lamps of a motorcycle, and the halos of those that are lit."""
     lamps, halos = Builder(), Builder()
     state = VehicleLights(lit)
     front, rear = lamp_places(type_id, box, wheelbase_m)
@@ -93,7 +94,10 @@ def cycle_lamp_meshes(type_id: str, box: Box, wheelbase_m: float, lit: int) -> t
 
 
 def beam_mesh(type_id: str, box: Box, lit: int) -> Mesh:
-    """The light that headlamps (and, in red, brake lamps) cast on the road; added to the picture in the dark."""
+    """Return the light that headlamps (and, in red, brake lamps) cast on the road.
+
+    It is added to the picture in the dark.
+    """
     builder = Builder()
     frame = frame_of(type_id, box)
     state = VehicleLights(lit)
@@ -157,7 +161,7 @@ def _rear(
 
 
 def _indicator(lamps: Builder, halos: Builder, place: Point, way: tuple[float, float], blinks: bool) -> None:
-    """At a corner, seen from ahead or behind and from the side."""
+    """Build an indicator at a corner, visible from ahead or behind and from the side."""
     (x, y, z), (ahead, side) = place, way
     lamps.box((x, y, z), (0.24, 0.15, 0.16), AMBER if blinks else (150, 92, 40), glow=blinks)
     if blinks:
@@ -166,7 +170,7 @@ def _indicator(lamps: Builder, halos: Builder, place: Point, way: tuple[float, f
 
 
 def _bar(lamps: Builder, halos: Builder, type_id: str, frame: BodyDimensions, flashes: bool, phase: int) -> None:
-    """The light bar of police, ambulance and fire engine; the red lamps of a school bus."""
+    """Build the light bar of police, ambulance and fire engine, or the red lamps of a school bus."""
     if "schoolbus" in type_id:
         for x, side in ((frame.front - 1.44, 1.0), (frame.rear - 0.05, -1.0)):
             for number, aside in enumerate((0.82, -0.82)):

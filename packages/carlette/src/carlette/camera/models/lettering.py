@@ -23,7 +23,7 @@ ADVANCE, ROWS = 6, 7
 
 @lru_cache(maxsize=256)
 def _runs(text: str) -> list[tuple[int, int, int]]:
-    """(column, first row, row after the last) of the dots, with runs in a column merged."""
+    """Return (column, first row, row after the last) of the dots, with runs in a column merged."""
     runs = []
     for place, letter in enumerate(text):
         columns = bytes.fromhex(_COLUMNS.get(letter, _COLUMNS["-"]))
@@ -51,7 +51,9 @@ def lettering(
     glow: bool = False,
     width_m: float | None = None,
 ) -> None:
-    """Writes `text` (capitals and digits) around `middle`; `right` and `up` are unit vectors as the reader sees them.
+    """Write `text` (capitals and digits) around `middle`.
+
+    `right` and `up` are unit vectors from the reader's point of view.
 
     `width_m` squeezes or stretches the whole line to that width.
     """
@@ -60,7 +62,7 @@ def lettering(
     dot_right = width_m / dots if width_m else dot_up
     r, u, m = np.array(right), np.array(up), np.array(middle)
     front = np.cross(r, u)
-    # CARLA's frame is left-handed: what the reader sees as right x up points away from him in a right-handed one.
+    # CARLA's frame is left-handed. The reader's right x up would point away from the reader in a right-handed one.
     towards = (-float(front[0]), -float(front[1]), -float(front[2]))
     for column, first, last in _runs(text.upper()):
         x0, x1 = (column - dots / 2) * dot_right, (column + 1 - dots / 2) * dot_right

@@ -8,7 +8,7 @@ from carlette.camera.models.vehicle_body import SEAM, TYRE, UP, BodyDimensions
 
 
 def dress_car(builder: Builder, type_id: str, frame: BodyDimensions) -> None:
-    """What marks police, ambulance and taxi; the spare wheel of a jeep."""
+    """Build the markings of police, ambulance and taxi; the spare wheel of a jeep."""
     if "police" in type_id:
         _police(builder, frame)
     elif "ambulance" in type_id:
@@ -22,7 +22,7 @@ def dress_car(builder: Builder, type_id: str, frame: BodyDimensions) -> None:
 def dress_truck(
     builder: Builder, fire: bool, cola: bool, frame: BodyDimensions, place: tuple[float, float, float]
 ) -> None:
-    """Stripes, ladders and words of a truck; `place` is x of its rear and of its cab, and its top."""
+    """Build stripes, ladders and words of a truck; `place` is x of its rear and of its cab, and its top."""
     rear, cab, top = place
     middle, span = (rear + cab) / 2, cab - rear
     for side in (1.0, -1.0):
@@ -69,7 +69,7 @@ def dress_truck(
 
 
 def dress_school_bus(builder: Builder, frame: BodyDimensions, face: float, top: float) -> None:
-    """Its name over both ends, beside the warning lamps."""
+    """Build the name over both ends, next to the warning lamps."""
     for x, right, side in ((face + 0.04, (0.0, -1.0, 0.0), 1.0), (frame.rear - 0.03, (0.0, 1.0, 0.0), -1.0)):
         lettering(builder, "SCHOOL BUS", (x, frame.y, top - 0.36), right, UP, 0.26, (16, 16, 16), width_m=1.5)
         for aside in (0.82, -0.82):

@@ -1,6 +1,6 @@
-"""Meshes of flat-coloured quads, and a builder for them.
+"""Meshes of flat-colored quads, and a builder for them.
 
-Frames are CARLA's: x ahead, y right, z up, metres. A triangle is a quad whose last two corners are the same.
+Frames are CARLA's: x ahead, y right, z up, meters. A triangle is a quad whose last two corners are the same.
 """
 
 from __future__ import annotations
@@ -21,27 +21,27 @@ Point = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Mesh:
-    """`n` quads: the unchanging part of an object's appearance."""
+    """`n` quads: the constant part of an object's appearance."""
 
     corners: Singles
-    """(n, 4, 3) metres; (b - a) x (d - a) points outwards."""
+    """(n, 4, 3) meters; (b - a) x (d - a) points outward."""
     normals: Singles
     """(n, 3), unit length."""
     colors: Bytes
     """(n, 4): red, green, blue, alpha."""
     glow: NDArray[np.bool_]
-    """(n,): True if it emits light, whatever the lighting."""
+    """(n,): True if it emits light, independently of the lighting."""
     tags: Bytes
     """(n,): semantic tag (`CityObjectLabel`)."""
     fade: Bytes | None = None
-    """(n, 4): alpha of each corner if it varies across a quad; None if the colour's alpha applies everywhere."""
+    """(n, 4): alpha of each corner if it varies across a quad; None if the color's alpha applies everywhere."""
 
     def __len__(self) -> int:
         return len(self.corners)
 
     @staticmethod
     def join(parts: Sequence[Mesh]) -> Mesh:
-        """All quads of several meshes."""
+        """Return all quads of several meshes."""
         if not parts:
             return EMPTY
         return Mesh(
@@ -60,7 +60,7 @@ class Mesh:
         return np.repeat(self.colors[:, 3:], 4, axis=1) if self.fade is None else self.fade
 
     def take(self, which: NDArray[np.bool_] | NDArray[np.int64]) -> Mesh:
-        """Some of the quads."""
+        """Return some of the quads."""
         return Mesh(
             np.ascontiguousarray(self.corners[which]),
             self.normals[which],
@@ -79,7 +79,7 @@ class Mesh:
 
 
 def quads(corners: ArrayLike, color: Color, tag: int = 0, *, glow: bool = False, alpha: int = 255) -> Mesh:
-    """Quads of one colour; `corners` is (n, 4, 3)."""
+    """Return quads of one color; `corners` is (n, 4, 3)."""
     points: Singles = np.ascontiguousarray(corners, np.float32).reshape(-1, 4, 3)
     count = len(points)
     return Mesh(
@@ -92,9 +92,9 @@ def quads(corners: ArrayLike, color: Color, tag: int = 0, *, glow: bool = False,
 
 
 def corner_colors(mesh: Mesh, lit: Bytes, *, adds: bool = False) -> Bytes:
-    """R G B A of quads (n, 4) as B G R A of their corners (n, 4, 4).
+    """Return R G B A of quads (n, 4) as B G R A of their corners (n, 4, 4).
 
-    With `adds` they are light that is added to a picture: as strong as their alpha says, and opaque.
+    With `adds` they are light that is added to a picture: scaled by their alpha, and opaque.
     """
     corners = np.repeat(lit[:, None, [2, 1, 0, 3]], 4, axis=1)
     if mesh.fade is not None:
@@ -106,9 +106,9 @@ def corner_colors(mesh: Mesh, lit: Bytes, *, adds: bool = False) -> Bytes:
 
 
 def normals_of(corners: Singles) -> Singles:
-    """Unit normals of quads (by their diagonals, so triangles count too)."""
+    """Return unit normals of quads (by their diagonals, so triangles count too)."""
     (ux, uy, uz), (vx, vy, vz) = (corners[:, 2] - corners[:, 0]).T, (corners[:, 3] - corners[:, 1]).T
-    # A map has thousands of small meshes, for which `np.cross` is several times slower.
+    # `np.cross` is several times slower for the thousands of small meshes of a map.
     cross = np.empty((len(corners), 3), np.float32)
     cross[:, 0], cross[:, 1], cross[:, 2] = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
     cross /= np.maximum(np.sqrt(np.einsum("ij,ij->i", cross, cross)), np.float32(1e-12))[:, None]
@@ -119,7 +119,7 @@ EMPTY = quads(np.zeros((0, 4, 3)), (0, 0, 0))
 
 
 class Builder:
-    """Puts shapes together; faces of solid shapes point away from the shape's middle."""
+    """Builds meshes from shapes. Faces of solid shapes point away from the shape's center."""
 
     def __init__(self, tag: int = 0) -> None:
         self.tag = tag
@@ -150,7 +150,7 @@ class Builder:
         return alphas
 
     def glowing(self, points: Sequence[Point], color: Color, towards: Point, alphas: Sequence[int]) -> None:
-        """A translucent face of three or four corners, each with its own alpha, that shines by itself."""
+        """Add a translucent, luminous face of three or four corners, each with its own alpha."""
         index = len(self._corners)
         self.face(points, color, towards, glow=True)
         values = dict(zip(points, alphas, strict=True))
@@ -160,7 +160,7 @@ class Builder:
     def spot(
         self, center: Point, ring: Sequence[Point], color: Color, towards: Point, alpha: int, rim: int = 0
     ) -> None:
-        """Light or shade that fades from `center` to the `ring` around it."""
+        """Add light or shade that fades from `center` to the `ring` around it."""
         for item, other in zip(ring, [*ring[1:], ring[0]], strict=True):
             self.glowing([center, item, other], color, towards, [alpha, rim, rim])
 
@@ -281,7 +281,7 @@ class Builder:
         glow: bool = False,
         alpha: int = 255,
     ) -> None:
-        """An upright rectangle of width and height, across x or across y, or flat (`towards` along z: x and y size)."""
+        """Add a rectangle of width and height, across x or across y, or flat (`towards` along z: x and y size)."""
         (x, y, z), (a, b) = center, (size[0] / 2, size[1] / 2)
         if abs(towards[2]) > 0.5:
             ring = [(x + a * i, y + b * j, z) for i, j in _SQUARE]
@@ -292,7 +292,7 @@ class Builder:
         self.face(ring, color, towards, glow=glow, alpha=alpha)
 
     def limb(self, start: Point, end: Point, width: float, depth: float, color: Color) -> None:
-        """A four-sided stick from joint to joint; `width` along y, `depth` along x at its ends."""
+        """Add a four-sided stick from joint to joint; `width` along y, `depth` along x at its ends."""
         low = [(start[0] + x * depth / 2, start[1] + y * width / 2, start[2]) for x, y in _SQUARE]
         high = [(end[0] + x * depth / 2, end[1] + y * width / 2, end[2]) for x, y in _SQUARE]
         if abs(start[2] - end[2]) < max(abs(start[0] - end[0]), abs(start[1] - end[1])):
@@ -304,7 +304,7 @@ class Builder:
         self.hull(low, high, color)
 
     def add(self, mesh: Mesh) -> None:
-        """Add a mesh that was built elsewhere; quads without a tag get this builder's."""
+        """Add another mesh. Quads without a tag get this builder's."""
         self._corners.extend(tuple(corner) for corner in mesh.corners.tolist())
         self._colors.extend(tuple(color) for color in mesh.colors.tolist())
         self._glow.extend(mesh.glow.tolist())
@@ -315,12 +315,12 @@ _SQUARE = ((1, 1), (1, -1), (-1, -1), (-1, 1))
 
 
 def shade(color: Color, factor: float) -> Color:
-    """A darker or lighter colour."""
+    """Return a darker or lighter color."""
     return (_byte(color[0] * factor), _byte(color[1] * factor), _byte(color[2] * factor))
 
 
 def mix(first: Color, second: Color, share: float) -> Color:
-    """Between two colours; `share` is that of the second."""
+    """Return a color between two others; `share` is that of the second."""
     return (
         _byte(first[0] + (second[0] - first[0]) * share),
         _byte(first[1] + (second[1] - first[1]) * share),

@@ -1,4 +1,4 @@
-"""Colours and outlines that props share."""
+"""Colors and outlines that props share."""
 
 from __future__ import annotations
 
@@ -21,5 +21,5 @@ EIGHT = [2 * math.pi * (item + 0.5) / 8 for item in range(8)]
 
 
 def low_of(box: Box) -> float:
-    """Height of a box's lower side."""
+    """Return height of a box's lower side."""
     return box.center.z - box.extent.z

@@ -27,7 +27,7 @@ Joints = Mapping[str, Point]
 
 @dataclass(frozen=True)
 class Clothes:
-    """Colours of one person."""
+    """Colors of one person."""
 
     skin: Color
     hair: Color
@@ -49,9 +49,9 @@ def clothes_of(type_id: str, gender: str, age: str) -> Clothes:
 
 
 def person(joints: Joints, height_m: float, clothes: Clothes, paddle: str = "") -> Mesh:
-    """A person in the frame of its actor; `joints` as in `world.skeleton` (names without the rig's prefix).
+    """Return a person in the frame of its actor. `joints` as in `world.skeleton` (names without the rig's prefix).
 
-    `paddle` is what a flagger holds in the right hand: `stop`, `slow` or nothing.
+    `paddle` is the sign in a flagger's right hand: `stop`, `slow` or nothing.
     """
     builder = Builder()
     h = height_m
@@ -131,7 +131,7 @@ def _head(builder: Builder, head: Point, h: float, clothes: Clothes) -> None:
 
 
 def _paddle(builder: Builder, hand: Point, h: float, word: str) -> None:
-    """A stop or slow sign on a stick, its face ahead."""
+    """Build a stop or slow sign on a stick, its face ahead."""
     x, y, z = hand[0] + 0.06 * h, hand[1], hand[2]
     builder.cylinder((x, y, z - 0.25), (x, y, z + 0.50), 0.018, (200, 190, 170), sides=5)
     middle = (x + 0.03, y, z + 0.72)

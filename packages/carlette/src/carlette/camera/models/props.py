@@ -10,7 +10,7 @@ from carlette.geometry import Box
 
 
 def prop_mesh(type_id: str, box: Box) -> Mesh:
-    """A prop in its actor's frame; it fills its box."""
+    """Return a prop in its actor's frame; it fills its box."""
     builder = Builder()
     name = type_id.removeprefix("static.prop.")
     form = next((make for words, make in FORMS if any(word in name for word in words)), street_furniture.plain)
@@ -48,4 +48,4 @@ FORMS: tuple[tuple[tuple[str, ...], Form], ...] = (
     (("haybale",), small_props.bale),
     (("cardoor",), small_props.loose_door),
 )
-"""The first entry whose word is part of a prop's name builds it."""
+"""Shapes by words. The first entry whose word is part of a prop's name builds the prop."""

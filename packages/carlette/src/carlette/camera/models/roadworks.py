@@ -12,7 +12,7 @@ from carlette.geometry import Box
 
 
 def cone(builder: Builder, box: Box, name: str) -> None:
-    """A striped cone on its foot."""
+    """Build a striped cone on its foot."""
     (hx, hy, hz), low, (cx, cy, _) = box.extent, low_of(box), box.center
     radius = min(hx, hy)
     builder.box((cx, cy, low + 0.03), (2 * hx, 2 * hy, 0.06), (40, 40, 42) if name == "trafficcone01" else ORANGE)
@@ -26,7 +26,7 @@ def cone(builder: Builder, box: Box, name: str) -> None:
 
 
 def barrier(builder: Builder, box: Box, name: str) -> None:
-    """Two striped boards on feet; the wide side is the longer one."""
+    """Build two striped boards on feet; the wide side is the longer one."""
     del name
     (hx, hy, hz), low, (cx, cy, _) = box.extent, low_of(box), box.center
     along_y = hy > hx
@@ -50,7 +50,7 @@ def _striped(builder: Builder, middle: Point, half: float, high: float, along_y:
 
 
 def gate(builder: Builder, box: Box, name: str) -> None:
-    """The striped bar of a level crossing, with its lamps."""
+    """Build the striped bar of a level crossing, with its lamps."""
     del name
     _striped(builder, box.center, box.extent.y, box.extent.z, True, 2 * box.extent.x)
     for part in (-0.6, 0.0, 0.6, 0.96):
@@ -63,7 +63,7 @@ def gate(builder: Builder, box: Box, name: str) -> None:
 
 
 def gate_post(builder: Builder, box: Box, name: str) -> None:
-    """The post of a level crossing, with its cross."""
+    """Build the post of a level crossing, with its cross."""
     del name
     low = low_of(box)
     builder.box((0, 0, low + box.extent.z), (0.3, 0.3, 2 * box.extent.z), (220, 220, 216))
@@ -74,7 +74,7 @@ def gate_post(builder: Builder, box: Box, name: str) -> None:
 
 
 def warning(builder: Builder, box: Box, name: str) -> None:
-    """A red triangle on feet, for an accident or for roadworks; both faces show it."""
+    """Build a red triangle on feet, for an accident or for roadworks; both faces show it."""
     (hx, hy, hz), low, (cx, cy, _) = box.extent, low_of(box), box.center
     for side in (0.72, -0.72):
         foot = (cx, cy + side * hy, low + 0.03)
@@ -107,7 +107,7 @@ def warning(builder: Builder, box: Box, name: str) -> None:
 
 
 def arrow_board(builder: Builder, box: Box, name: str) -> None:
-    """A trailer with a lit arrow, as roadworks have."""
+    """Build a trailer with a lit arrow, as at roadworks."""
     del name
     (hx, hy, hz), low, (cx, cy, _) = box.extent, low_of(box), box.center
     builder.box((cx, cy, low + 0.65), (1.5 * hx, 1.1 * hy, 0.35), AMBER)
@@ -147,7 +147,7 @@ def _stripe_row(builder: Builder, middle: Point, half: float, side: float) -> No
 
 
 def barrel(builder: Builder, box: Box, name: str) -> None:
-    """Barrels and bins; the orange barrel has a white band."""
+    """Build barrels and bins; the orange barrel has a white band."""
     color: Color = ORANGE if name == "barrel" else ((70, 76, 80) if "trashcan" in name else (46, 90, 60))
     (hx, hy, hz), low, (cx, cy, _) = box.extent, low_of(box), box.center
     r = min(hx, hy)
@@ -159,7 +159,7 @@ def barrel(builder: Builder, box: Box, name: str) -> None:
 
 
 def chain(builder: Builder, box: Box, name: str) -> None:
-    """Red posts with a chain between them."""
+    """Build red posts with a chain between them."""
     del name
     (hx, hy, hz), low, (cx, cy, _) = box.extent, low_of(box), box.center
     ends = (-0.9, 0.9) if max(hx, hy) > 0.3 else (0.0,)

@@ -1,4 +1,4 @@
-"""Traffic signs with their faces, on posts. A sign stands at the origin and its face looks along +x."""
+"""Traffic signs with their faces, on posts. A sign is at the origin and its face looks along +x."""
 
 from __future__ import annotations
 
@@ -18,18 +18,20 @@ AMBER: Color = (252, 196, 22)
 STEEL: Color = (142, 146, 150)
 BACK: Color = (120, 122, 126)
 ROAD_CLOSED, DETOUR = "250", "454"
-"""Closed to all vehicles, and the way round, by their German numbers; with words on them as in the Americas."""
+"""German numbers of signs: closed to all vehicles, and detour. They have words on them as in the Americas."""
 POST_TOP_M = 2.6
+"""Height of a post's top (m). Ours."""
 FACE_M = 2.25
+"""Height of a face's center (m). Ours."""
 RIGHT: Point = (0.0, 1.0, 0.0)
-"""To the right of someone who looks at the face, along -x; CARLA's y points to the right of +x."""
+"""To the right of a reader of the face, along -x; CARLA's y points to the right of +x."""
 READERS_RIGHT: Point = (0.0, -1.0, 0.0)
 UP: Point = (0.0, 0.0, 1.0)
 FRONT: Point = (1.0, 0.0, 0.0)
 
 
 def post_sign(kind: str, value: str = "") -> Mesh:
-    """A whole sign by its OpenDRIVE type (CARLA's maps use the German numbers) and value."""
+    """Return a whole sign by its OpenDRIVE type (CARLA's maps use the German numbers) and value."""
     builder = Builder(tags.POLE)
     builder.cylinder((0, 0, 0), (0, 0, POST_TOP_M), 0.04, STEEL, sides=6)
     builder.tag = tags.TRAFFIC_SIGN
@@ -38,7 +40,7 @@ def post_sign(kind: str, value: str = "") -> Mesh:
 
 
 def face_of(builder: Builder, kind: str, value: str, middle: Point) -> None:
-    """Adds a sign's plate."""
+    """Add a sign's plate."""
     if kind == "206":
         stop_face(builder, middle)
     elif kind == "205":
@@ -90,7 +92,7 @@ def kind_of(name: str, type_: str, value: str) -> tuple[str, str] | None:
 
 
 def stop_face(builder: Builder, middle: Point, radius_m: float = 0.48) -> None:
-    """The red octagon."""
+    """Build the red octagon."""
     _ring(builder, middle, _corners(8, radius_m, 22.5), WHITE, RED, 0.92)
     _write(builder, middle, "STOP", radius_m * 0.62, WHITE, radius_m * 1.44)
 
@@ -107,7 +109,7 @@ def _corners(count: int, radius: float, first_deg: float) -> list[tuple[float, f
 def _ring(
     builder: Builder, middle: Point, shape: Sequence[tuple[float, float]], rim: Color, inside: Color, share: float
 ) -> None:
-    """A plate of that shape with a rim; grey on its back."""
+    """Build a plate of that shape with a rim; gray on its back."""
     for offset, part, color in ((0.0, 1.0, rim), (0.012, share, inside)):
         points = [(middle[0] + offset, middle[1] + y * part, middle[2] + z * part) for y, z in shape]
         builder.face(points, color, FRONT)
@@ -122,7 +124,7 @@ def _plate(builder: Builder, middle: Point, width: float, height: float, color: 
 
 
 def _lines(builder: Builder, middle: Point, lines: Sequence[str], ground: Color, ink: Color) -> None:
-    """A plate as wide as its longest line, with the lines one below the other."""
+    """Build a plate as wide as its longest line, with the lines one below the other."""
     _plate(builder, middle, 0.2 * max(map(len, lines)) + 0.16, 0.36 * len(lines) + 0.12, ground)
     for number, line in enumerate(lines):
         up_m = 0.36 * ((len(lines) - 1) / 2.0 - number)

@@ -1,4 +1,4 @@
-"""Props that lie about: boxes, bags, stones, papers."""
+"""Small props on the ground: boxes, bags, stones, papers."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from carlette.geometry import Box
 
 
 def carton(builder: Builder, box: Box, name: str) -> None:
-    """A cardboard box with its tape."""
+    """Build a cardboard box with its tape."""
     del name
     (hx, hy, hz), low, (cx, cy, _) = box.extent, low_of(box), box.center
     builder.box(box.center, (2 * hx, 2 * hy, 2 * hz), CARTON)
@@ -28,7 +28,7 @@ def carton(builder: Builder, box: Box, name: str) -> None:
 
 
 def paper_bag(builder: Builder, box: Box, name: str) -> None:
-    """Brown paper with two handles, open and a little crumpled at the top."""
+    """Build brown paper with two handles, open and a little crumpled at the top."""
     del name
     (hx, hy, hz), low = box.extent, low_of(box)
     top = low + 1.6 * hz
@@ -57,7 +57,7 @@ def paper_bag(builder: Builder, box: Box, name: str) -> None:
 
 
 def bag(builder: Builder, box: Box, name: str) -> None:
-    """A full bag, tied at the top."""
+    """Build a full bag, tied at the top."""
     color: Color = (30, 32, 34) if "trash" in name else ((236, 240, 244) if "plastic" in name else (190, 60, 70))
     (hx, hy, hz), low = box.extent, low_of(box)
     levels = ((0.0, 0.75), (0.35, 1.0), (0.7, 0.7), (0.85, 0.2), (1.0, 0.42))
@@ -68,10 +68,10 @@ def bag(builder: Builder, box: Box, name: str) -> None:
 
 
 def rock(builder: Builder, box: Box, name: str) -> None:
-    """An irregular boulder."""
+    """Build an irregular boulder."""
     random = Random(name)
     (hx, hy, hz), low = box.extent, low_of(box)
-    grey: Color = (128, 124, 118)
+    gray: Color = (128, 124, 118)
     levels = ((0.0, 0.86), (0.35, 1.0), (0.75, 0.74), (1.0, 0.30))
     rings: list[list[Point]] = []
     for rise, r in levels:
@@ -83,11 +83,11 @@ def rock(builder: Builder, box: Box, name: str) -> None:
             ]
         )
     for number, (ring, two) in enumerate(itertools.pairwise(rings)):
-        builder.hull(ring, two, shade(grey, 0.9 + 0.1 * number))
+        builder.hull(ring, two, shade(gray, 0.9 + 0.1 * number))
 
 
 def rubble(builder: Builder, box: Box, name: str) -> None:
-    """Heaps of dirt and stones, flat on the road."""
+    """Build heaps of dirt and stones, flat on the road."""
     random = Random(name)
     (hx, hy, hz), low = box.extent, low_of(box)
     for number in range(4):
@@ -110,7 +110,7 @@ def rubble(builder: Builder, box: Box, name: str) -> None:
 
 
 def ball(builder: Builder, box: Box, name: str) -> None:
-    """A ball in two colours."""
+    """Build a ball in two colors."""
     del name
     r, (cx, cy, cz) = box.extent.z, box.center
     levels = ((-1.0, 0.3), (-0.5, 0.87), (0.0, 1.0), (0.5, 0.87), (1.0, 0.3))
@@ -121,7 +121,7 @@ def ball(builder: Builder, box: Box, name: str) -> None:
 
 
 def tyre(builder: Builder, box: Box, name: str) -> None:
-    """A tyre that lies flat."""
+    """Build a tire that lies flat."""
     del name
     low = low_of(box)
     builder.cylinder((0, 0, low), (0, 0, low + 2 * box.extent.z), box.extent.x, (28, 28, 30), sides=14)
@@ -135,7 +135,7 @@ def tyre(builder: Builder, box: Box, name: str) -> None:
 
 
 def paper(builder: Builder, box: Box, name: str) -> None:
-    """A creased sheet."""
+    """Build a creased sheet."""
     (hx, hy, hz), low = box.extent, low_of(box)
     color: Color = (240, 238, 230) if name == "paper" else CARTON
     random = Random(name)
@@ -146,14 +146,14 @@ def paper(builder: Builder, box: Box, name: str) -> None:
 
 
 def bale(builder: Builder, box: Box, name: str) -> None:
-    """A round bale of hay."""
+    """Build a round bale of hay."""
     del name
     (hx, hy, hz), (cx, cy, cz) = box.extent, box.center
     builder.cylinder((cx, cy - hy, cz), (cx, cy + hy, cz), min(hx, hz), (212, 178, 92), sides=14, cap=(186, 150, 74))
 
 
 def loose_door(builder: Builder, box: Box, name: str) -> None:
-    """A car door that stands by itself."""
+    """Build a detached car door that is upright."""
     (hx, hy, hz), low, (cx, cy, _) = box.extent, low_of(box), box.center
     builder.box((cx, cy, low + 0.6 * hz), (2 * hx, 2 * hy, 1.2 * hz), (120, 124, 130))
     builder.box((cx - 0.1 * hx, cy, low + 1.6 * hz), (1.6 * hx, hy, 0.8 * hz), (60, 74, 86))

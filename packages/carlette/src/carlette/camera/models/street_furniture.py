@@ -1,4 +1,4 @@
-"""Props that stand in streets: benches, containers, stalls, machines."""
+"""Props of streets: benches, containers, stalls, machines."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from carlette.geometry import Box
 
 
 def container(builder: Builder, box: Box, name: str) -> None:
-    """Containers with ribs and a lid."""
+    """Build containers with ribs and a lid."""
     color: Color = {"glass": (46, 120, 70), "cloth": (220, 150, 40)}.get(name[:5], (38, 84, 132))
     (hx, hy, hz), low, (cx, cy, _) = box.extent, low_of(box), box.center
     builder.box((cx, cy, low + hz * 0.94), (2 * hx, 2 * hy, 1.88 * hz), color)
@@ -29,7 +29,7 @@ def container(builder: Builder, box: Box, name: str) -> None:
 
 
 def bench(builder: Builder, box: Box, name: str) -> None:
-    """Slats on feet."""
+    """Build slats on feet."""
     (hx, hy, hz), low, (cx, cy, _) = box.extent, low_of(box), box.center
     seat = min(0.46, 2 * hz)
     for number in range(4):
@@ -42,7 +42,7 @@ def bench(builder: Builder, box: Box, name: str) -> None:
 
 
 def table(builder: Builder, box: Box, name: str) -> None:
-    """A table; the plastic one has a parasol."""
+    """Build a table; the plastic one has a parasol."""
     (hx, hy, hz), low, (cx, cy, _) = box.extent, low_of(box), box.center
     top = 2 * hz if name != "plastictable" else 0.75
     builder.box((cx, cy, low + top), (1.7 * hx, 1.7 * hy, 0.06), WOOD if name == "table" else WHITE)
@@ -54,7 +54,7 @@ def table(builder: Builder, box: Box, name: str) -> None:
 
 
 def pot(builder: Builder, box: Box, name: str) -> None:
-    """A plant pot with its plants."""
+    """Build a plant pot with its plants."""
     del name
     (hx, hy, hz), low, (cx, cy, _) = box.extent, low_of(box), box.center
     builder.box((cx, cy, low + 0.55 * hz), (2 * hx, 2 * hy, 1.1 * hz), (150, 92, 66))
@@ -71,7 +71,7 @@ def pot(builder: Builder, box: Box, name: str) -> None:
 
 
 def shelter(builder: Builder, box: Box, name: str) -> None:
-    """A bus stop: glass back, roof and bench."""
+    """Build a bus stop: glass back, roof and bench."""
     del name
     (hx, hy, hz), low, (cx, cy, _) = box.extent, low_of(box), box.center
     builder.box((cx, cy, low + 2 * hz - 0.08), (2 * hx, 2 * hy, 0.16), (60, 92, 128))
@@ -85,7 +85,10 @@ def shelter(builder: Builder, box: Box, name: str) -> None:
 
 
 def machine(builder: Builder, box: Box, name: str) -> None:
-    """Vending machines, cash machines, kiosks, stalls, advertisements: a box with a bright front on each long side."""
+    """Build a box with a bright front on each long side.
+
+    It represents vending machines, cash machines, kiosks, stalls and advertisements.
+    """
     color: Color = {"vend": (206, 34, 40), "atm": (40, 90, 150), "adve": (60, 64, 70), "mail": (230, 190, 40)}.get(
         name[:4], (128, 92, 60)
     )
@@ -100,7 +103,7 @@ def machine(builder: Builder, box: Box, name: str) -> None:
 
 
 def stall(builder: Builder, box: Box, name: str) -> None:
-    """A stall under a striped roof."""
+    """Build a stall under a striped roof."""
     del name
     (hx, hy, hz), low, (cx, cy, _) = box.extent, low_of(box), box.center
     builder.box((cx, cy, low + 0.5 * hz), (1.7 * hx, 1.7 * hy, 0.8 * hz), (236, 226, 206))
@@ -113,7 +116,7 @@ def stall(builder: Builder, box: Box, name: str) -> None:
 
 
 def sign(builder: Builder, box: Box, name: str) -> None:
-    """A street sign that both sides can read."""
+    """Build a street sign with two readable sides."""
     (hx, hy, hz), low = box.extent, low_of(box)
     wide = name == "streetsign01"
     for x in (-0.7 * hx, 0.7 * hx) if wide else (0.0,):
@@ -132,7 +135,7 @@ def sign(builder: Builder, box: Box, name: str) -> None:
 
 
 def plain(builder: Builder, box: Box, name: str) -> None:
-    """A box in a colour of its own."""
+    """Build a box in its own color."""
     color = Random(name).choice(((150, 120, 90), (110, 120, 132), (134, 104, 110), (120, 134, 104), (160, 150, 130)))
     (hx, hy, hz), (cx, cy, cz) = box.extent, box.center
     low: list[Point] = [(cx + a * hx, cy + b * hy, cz - hz) for a, b in RING]

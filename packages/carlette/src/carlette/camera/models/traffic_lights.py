@@ -1,4 +1,4 @@
-"""Traffic lights: post, arm, heads. In the actor's frame x runs across the lanes and +y looks back at the traffic."""
+"""Traffic lights: post, arm, heads. In the actor's frame x runs across the lanes and +y points back at the traffic."""
 
 from __future__ import annotations
 
@@ -12,11 +12,14 @@ from carlette.geometry import Vector
 CASE: Color = (34, 36, 38)
 POST: Color = (96, 100, 104)
 ARM_Z_M = 5.35
+"""Height of the arm (m). Ours."""
 POST_HEAD_Z_M = 2.75
+"""Height of the head on the post (m). Ours."""
 LONGEST_ARM_M = 10.0
+"""Longest arm (m). Ours."""
 REPEATER_HEAD: Point = (0.0, 0.14, 3.0)
 HEAD_HALF = Vector(0.31, 0.2, 0.66)
-"""Half the size of a head's box, back plate and hoods included."""
+"""Half size of a head's box, with back plate and hoods (m). Ours."""
 LAMPS: tuple[tuple[Color, Color], ...] = (
     ((255, 36, 24), (70, 18, 16)),
     ((255, 190, 20), (72, 56, 14)),
@@ -26,7 +29,7 @@ LAMPS: tuple[tuple[Color, Color], ...] = (
 
 
 def post_mesh(arm_m: float) -> Mesh:
-    """The post at the origin and an arm to `arm_m` along x."""
+    """Return the post at the origin and an arm to `arm_m` along x."""
     builder = Builder(tags.POLE)
     arm = max(-LONGEST_ARM_M, min(LONGEST_ARM_M, arm_m))
     builder.cylinder((0, 0, -0.8), (0, 0, ARM_Z_M + 0.7), 0.11, POST, sides=8, tip=0.08)
@@ -39,20 +42,20 @@ def post_mesh(arm_m: float) -> Mesh:
 
 
 def heads(arm_m: float) -> list[Point]:
-    """Middles of the heads: one over the lanes, one on the post."""
+    """Return middles of the heads: one over the lanes, one on the post."""
     arm = max(-LONGEST_ARM_M, min(LONGEST_ARM_M, arm_m))
     low = (0.0, 0.16, POST_HEAD_Z_M)
     return [(arm, 0.10, ARM_Z_M), low] if abs(arm) > 0.6 else [(0.0, 0.16, ARM_Z_M - 1.2), low]
 
 
 def lamps_mesh(arm_m: float, color: int) -> tuple[Mesh, Mesh]:
-    """The lamps with `color` lit (0 red, 1 yellow, 2 green, otherwise none), and the halos of the lit ones."""
+    """Return the lamps with `color` lit (0 red, 1 yellow, 2 green, otherwise none), and the halos of the lit ones."""
     return _lamps(heads(arm_m), color)
 
 
 @lru_cache(maxsize=1)
 def repeater_mesh() -> Mesh:
-    """A second post with one head, at the origin."""
+    """Return a second post with one head, at the origin."""
     builder = Builder(tags.POLE)
     builder.cylinder((0, 0, -0.8), (0, 0, REPEATER_HEAD[2] + 0.7), 0.08, POST, sides=8, tip=0.07)
     builder.tag = tags.TRAFFIC_LIGHT
@@ -61,7 +64,7 @@ def repeater_mesh() -> Mesh:
 
 
 def repeater_lamps_mesh(color: int) -> tuple[Mesh, Mesh]:
-    """The same as `lamps_mesh` for the post of `repeater_mesh`."""
+    """Return the same as `lamps_mesh` for the post of `repeater_mesh`."""
     return _lamps([REPEATER_HEAD], color)
 
 

@@ -9,7 +9,7 @@ from carlette.camera.models.vehicle_body import BUMPER, FIRE_RED, GLASS, SCHOOL_
 
 
 def build_truck(builder: Builder, type_id: str, frame: BodyDimensions, wheelbase_m: float, color: Color) -> None:
-    """A cab and a load: fire engine, drinks lorry or a plain box."""
+    """Build a cab and a load: fire engine, drinks truck or a plain box."""
     fire, cola = "firetruck" in type_id, "carlacola" in type_id
     paint = FIRE_RED if fire else ((206, 30, 36) if cola else color)
     height, top = frame.high - frame.low, frame.high
@@ -37,7 +37,7 @@ def build_truck(builder: Builder, type_id: str, frame: BodyDimensions, wheelbase
 
 
 def build_bus(builder: Builder, type_id: str, frame: BodyDimensions, wheelbase_m: float, color: Color) -> None:
-    """A city bus, or a school bus with its nose."""
+    """Build a city bus, or a school bus with its nose."""
     school = "schoolbus" in type_id
     paint = SCHOOL_YELLOW if school else color
     low, top = 0.42, frame.high
@@ -83,7 +83,7 @@ def build_bus(builder: Builder, type_id: str, frame: BodyDimensions, wheelbase_m
 
 
 def _cab(builder: Builder, frame: BodyDimensions, paint: Color, place: tuple[float, float]) -> None:
-    """The cab of a truck from x to the front; `place` is that x and its top."""
+    """Build the cab of a truck from x to the front; `place` is that x and its top."""
     cab, cab_top = place
     height = frame.high - frame.low
     builder.loft(
@@ -123,7 +123,7 @@ def _cab(builder: Builder, frame: BodyDimensions, paint: Color, place: tuple[flo
 
 
 def _nose(builder: Builder, frame: BodyDimensions, paint: Color, nose: float, *, school: bool) -> float:
-    """The front of a bus; returns x of its windscreen."""
+    """Build the front of a bus. Returns x of its windshield."""
     low, top = 0.42, frame.high
     if school:
         builder.loft(

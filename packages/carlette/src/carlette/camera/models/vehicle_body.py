@@ -1,4 +1,4 @@
-"""What all four-wheeled vehicles share: proportions by kind, dimensions from their box, wheels."""
+"""Common parts of all four-wheeled vehicles: proportions by kind, dimensions from their box, wheels."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ FIRE_RED: Color = (196, 26, 24)
 SCHOOL_YELLOW: Color = (248, 172, 16)
 UP: Point = (0.0, 0.0, 1.0)
 ROOF_GEAR_M = (("police", 0.21), ("ambulance", 0.21), ("ford.crown", 0.17))
-"""Height of what is on the roof: light bars and taxi signs are part of the measured box."""
+"""Height of roof equipment (m): light bars and taxi signs are part of the measured box."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class Style:
     belt: float = 0.62
     roof_half: float = 0.74
     wheel: float = 0.335
-    """Radius in metres."""
+    """Radius (m)."""
     pillars: tuple[float, ...] = (0.0, 0.47, 0.94)
 
 
@@ -112,7 +112,7 @@ class BodyDimensions:
 
 
 def frame_of(type_id: str, box: Box) -> BodyDimensions:
-    """The measures of a vehicle's body in its box."""
+    """Return the measures of a vehicle's body in its box."""
     (cx, cy, cz), (hx, hy, hz) = box.center, box.extent
     low = max(cz - hz, 0.0)
     height = cz + hz - low
@@ -128,7 +128,7 @@ def frame_of(type_id: str, box: Box) -> BodyDimensions:
 
 
 def body_kind(type_id: str) -> str:
-    """Return how a vehicle is built: `car` (also vans), `truck` or `bus`."""
+    """Return the kind of a vehicle's body: `car` (also vans), `truck` or `bus`."""
     if type_id in ("vehicle.mitsubishi.fusorosa", "vehicle.carlette.schoolbus"):
         return "bus"
     if type_id in (
@@ -148,7 +148,7 @@ def wheels(
     half: float,
     axles: Sequence[float] | None = None,
 ) -> None:
-    """Wheels in dark arches; at `axles` (x), or a wheelbase apart."""
+    """Build wheels in dark arches; at `axles` (x), or a wheelbase apart."""
     at = axles or (frame.middle + wheelbase_m / 2, frame.middle - wheelbase_m / 2)
     for x in at:
         for side in (1.0, -1.0):

@@ -22,7 +22,7 @@ from carlette.geometry import Box
 
 
 def vehicle_mesh(type_id: str, box: Box, wheelbase_m: float, color: Color) -> Mesh:
-    """A four-wheeled vehicle without its lamps."""
+    """Return a four-wheeled vehicle without its lamps."""
     builder = Builder()
     frame = frame_of(type_id, box)
     kind = body_kind(type_id)
@@ -131,7 +131,7 @@ def _bumpers(builder: Builder, frame: BodyDimensions) -> None:
 
 
 def _seams(builder: Builder, frame: BodyDimensions, style: Style, height: float) -> None:
-    """Door gaps and handles, and a grille between the headlamps."""
+    """Build door gaps and handles, and a grille between the headlamps."""
     hl = frame.length / 2
     low, high = frame.low + 0.2 * height, frame.low + (style.belt + 0.01) * height
     rear, front = style.cabin[0], style.cabin[1]

@@ -1,1 +1,1 @@
-"""From a world to pictures: the parts of actors, light and weather, the rasteriser, and the view of a camera."""
+"""From a world to pictures: the parts of actors, light and weather, the rasterizer, and the view of a camera."""

@@ -1,4 +1,4 @@
-"""The actors at one moment as parts to draw: meshes and poses, with shadows and lights."""
+"""The actors at one time as parts to draw: meshes and poses, with shadows and lights."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from carlette.blueprints import load_catalogue
+from carlette.blueprints import load_catalog
 from carlette.camera.environment.repeater_lights import repeaters_of
 from carlette.camera.models import cycles, doors_and_stop_arm, lamps, traffic_lights
 from carlette.camera.models.animals import animal_mesh
@@ -26,13 +26,14 @@ from carlette.world.skeleton import bones
 from carlette.world.world import World
 
 SWING_STEPS, GAIT_STEPS = 12, 12
+"""Numbers of cached positions of a door and of a walking leg. Ours."""
 LONGEST_SHADOW = 3.0
-"""In heights of the thing."""
+"""Longest shadow, in heights of the object. Ours."""
 DEFAULT_COLOR: Color = (150, 152, 156)
 
 
 def cast(world: World, light: Light) -> list[RenderPart]:
-    """All parts of all actors, in the order of their ids."""
+    """Return all parts of all actors, in the order of their ids."""
     parts: list[RenderPart] = []
     doors = _open_doors(world)
     for actor in world.actors.values():
@@ -57,7 +58,7 @@ def contains(world: World, actor: Actor, point: Vector, margin_m: float = 0.05) 
 
 
 def _open_doors(world: World) -> dict[int, list[tuple[int, float]]]:
-    """Doors that are not closed, by the row of their vehicle: number and swing (0 to 1)."""
+    """Return doors that are not closed, by the row of their vehicle: number and swing (0 to 1)."""
     found: dict[int, list[tuple[int, float]]] = {}
     for row, door, swing in zip(
         world.doors.row.tolist(), world.doors.door.tolist(), world.doors.swing.tolist(), strict=True
@@ -69,32 +70,32 @@ def _open_doors(world: World) -> dict[int, list[tuple[int, float]]]:
 def _vehicle(
     world: World, actor: Actor, pose: Pose, light: Light, doors: list[tuple[int, float]] | tuple[()]
 ) -> Iterator[RenderPart]:
-    model = load_catalogue().vehicles[actor.type_id]
+    model = load_catalog().vehicles[actor.type_id]
     color, tag = _color(actor), actor.tags[0]
     matrix = matrix_of(pose)
     radius = _radius(actor.box) + 0.5
 
-    def part(mesh: Mesh, *, is_shade: bool = False, adds: bool = False) -> RenderPart:
+    def render_part(mesh: Mesh, *, is_shade: bool = False, adds: bool = False) -> RenderPart:
         return RenderPart(mesh, matrix, actor.id, tag, radius, is_shade, adds)
 
-    lit, phase = lamps.shown(int(world.fleet.light_state[actor.index]), world.elapsed_s)
+    lit, phase = lamps.lit_lamps(int(world.fleet.light_state[actor.index]), world.elapsed_s)
     lamp, halo = EMPTY, EMPTY
     if model.is_two_wheeler:
         way, motor = float(matrix[:2, 0] @ matrix[:2, 3]), model.base_type == "motorcycle"
         turn = round((way / 2.2) % 1.0 * GAIT_STEPS) / GAIT_STEPS
-        yield part(_cycle(actor.type_id, actor.box, model.wheelbase_m, color, turn, motor))
+        yield render_part(_cycle(actor.type_id, actor.box, model.wheelbase_m, color, turn, motor))
         if motor:
             lamp, halo = _cycle_lamps(actor.type_id, actor.box, model.wheelbase_m, lit)
     else:
-        yield part(_body(actor.type_id, actor.box, model.wheelbase_m, color))
+        yield render_part(_body(actor.type_id, actor.box, model.wheelbase_m, color))
         lamp, halo = _lamps(actor.type_id, actor.box, lit, phase)
     if len(lamp):
-        yield part(lamp)
+        yield render_part(lamp)
     for door, swing in doors:
-        yield part(_door(actor.type_id, actor.box, door, swing, color))
+        yield render_part(_door(actor.type_id, actor.box, door, swing, color))
     yield from _shadows(actor, pose, light)
     if len(halo):
-        yield part(halo, is_shade=True, adds=True)
+        yield render_part(halo, is_shade=True, adds=True)
     if light.is_dark and len(lamp):
         beam = _beam(actor.type_id, actor.box, lit & int(lamps.BEAMS | lamps.VehicleLights.BRAKE))
         if len(beam):
@@ -122,7 +123,7 @@ def _walker(world: World, actor: Actor, pose: Pose, light: Light) -> Iterator[Re
 
 
 def _joints(actor: Actor) -> tuple[tuple[str, float, float, float], ...]:
-    """Joints in the actor's frame, without the rig's prefix; hashable."""
+    """Return joints in the actor's frame, without the rig's prefix; hashable."""
     found = bones(Pose(), actor.box.extent.z, actor.posed, actor.blend)
     joints = []
     for item in found:
@@ -157,7 +158,7 @@ def _heads(actor: Actor, matrix: Floats, post: Mesh, lights: tuple[Mesh, Mesh]) 
 
 
 def _shadows(actor: Actor, pose: Pose, light: Light) -> Iterator[RenderPart]:
-    """The shadow where the object touches the ground, and the one that it casts in the sun."""
+    """Yield the shadow where the object touches the ground, and the one that it casts in the sun."""
     low = max(actor.box.center.z - actor.box.extent.z, -actor.box.extent.z)
     heading = round(pose.rotation.yaw / 5.0) * 5.0
     sun = light.sun if sum(light.direct) > 0.25 else None
@@ -194,7 +195,7 @@ def _shadow(box: Box, low: float, heading_deg: float, sun: tuple[float, float, f
 
 
 def _convex(points: Floats) -> list[Floats]:
-    """The convex hull, in order (Andrew's monotone chain)."""
+    """Return the convex hull, in order (Andrew's monotone chain)."""
     ordered = sorted(points.tolist())
     chains = []
     for sequence in (ordered, ordered[::-1]):
@@ -220,6 +221,7 @@ def _color(actor: Actor) -> Color:
     try:
         red, green, blue = (min(255, max(0, int(float(item)))) for item in text.split(","))
     except (ValueError, OverflowError):
+        # An invalid color of a client must not stop the camera.
         return DEFAULT_COLOR
     return red, green, blue
 
@@ -255,7 +257,7 @@ def _person(
     share: float,
     sign: str,
 ) -> Mesh:
-    model = load_catalogue().walkers[type_id]
+    model = load_catalog().walkers[type_id]
     height = 2 * half_height_m
     places: dict[str, Point] = {name: (x, y, z) for name, x, y, z in joints}
     if share > 0:

@@ -1,4 +1,4 @@
-"""How the weather affects light: sun and sky, fog, night and wetness, as numbers for the renderer."""
+"""The effect of weather on light: sun and sky, fog, night and wetness, as numbers for the renderer."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ from carlette.camera.models.mesh import Color, mix, shade
 ) = range(14)
 
 DARK_BELOW_DEG = 8.0
-"""Street lamps and windows are lit while the sun is lower than this."""
+"""Altitude of the sun below which street lamps and windows are lit (degrees). Ours."""
 
 
 @dataclass(frozen=True)
 class Light:
-    """The light at one moment. Colours are 0 to 255. Hashable, so that lit meshes can be cached."""
+    """The light at one time. Colors are 0 to 255. Hashable, so that lit meshes can be cached."""
 
     sun: tuple[float, float, float]
     """Direction to the sun (or the moon), world frame."""
@@ -47,17 +47,17 @@ class Light:
     horizon: Color
     fog: Color
     fog_per_m: float
-    """0 = clear air; at a distance d the share of the fog's colour is 1 - exp(-d * fog_per_m)."""
+    """0 = clear air; at a distance d the share of the fog's color is 1 - exp(-d * fog_per_m)."""
     wet: float
     """0 dry, 1 soaked."""
     puddles: float
-    """Share of the possible puddles that hold water."""
+    """Share of the possible puddles that contain water."""
     rain: float
     clouds: float
     is_dark: bool
 
     def lit(self, normals: Singles, colors: Bytes, glow: NDArray[np.bool_], tags: Bytes | None = None) -> Bytes:
-        """Colours of quads as they look in this light: (n, 4) uint8."""
+        """Return colors of quads as they look in this light: (n, 4) uint8."""
         facing = np.maximum(normals @ np.array(self.sun, np.float32), 0.0)
         # The sky is brighter than the ground.
         sky = 0.86 + 0.14 * normals[:, 2]
@@ -73,7 +73,7 @@ class Light:
 
 
 def light_of(weather: tuple[float, ...]) -> Light:
-    """The light of a weather (the 14 numbers of `carla.WeatherParameters`), in steps fine enough not to be seen."""
+    """Return the light of a weather (the 14 numbers of `carla.WeatherParameters`), in steps too fine to be visible."""
     steps = {SUN_AZIMUTH: 3.0, SUN_ALTITUDE: 1.5, CLOUDINESS: 5.0, FOG_DENSITY: 2.5, WETNESS: 5.0, PRECIPITATION: 5.0}
     rounded = tuple(round(value / steps.get(i, 5.0)) * steps.get(i, 5.0) for i, value in enumerate(weather))
     return _light(rounded)
@@ -92,8 +92,8 @@ def _light(weather: tuple[float, ...]) -> Light:
     clear = (1.0 - 0.82 * clouds) * (1.0 - 0.7 * fog)
     direct = _scaled(_between((0.55, 0.53, 0.49), (0.72, 0.44, 0.22), low), day * clear)
     direct = tuple(a + b for a, b in zip(direct, _scaled((0.05, 0.06, 0.09), 1.0 - day), strict=True))  # the moon
-    grey = 0.67 + 0.08 * clouds - 0.10 * rain
-    ambient = _between((0.23, 0.25, 0.33), _between((grey, grey, grey * 1.03), (0.60, 0.51, 0.50), low), day)
+    gray = 0.67 + 0.08 * clouds - 0.10 * rain
+    ambient = _between((0.23, 0.25, 0.33), _between((gray, gray, gray * 1.03), (0.60, 0.51, 0.50), low), day)
     blue, pale = (78, 136, 205), (188, 212, 232)
     zenith = mix(mix(blue, (152, 160, 168), clouds), (108, 114, 122), 0.75 * rain)
     horizon = mix(mix(pale, (190, 195, 200), clouds), (150, 156, 162), 0.75 * rain)

@@ -1,10 +1,10 @@
-"""The inner loops of the rasteriser, compiled by numba on first use; the machine code is cached for later runs.
+"""The inner loops of the rasterizer, compiled by numba on first use; the machine code is cached for later runs.
 
-A quad is drawn where it covers the centre of a pixel. The depth buffer holds nearness, the inverse of the distance
-ahead: it is linear across the picture on every plane, and precise where that matters, close to the camera. An edge that
-two quads share is computed from the same two points in the same order, so that no pixel between them is missed or drawn
-twice. Colours that vary across a quad are interpolated on each of its two triangles as in Olano and Greer, "Triangle
-Scan Conversion using 2D Homogeneous Coordinates" (1997), which is correct in perspective.
+A quad is drawn where it covers the center of a pixel. The depth buffer holds nearness, the inverse of the distance
+ahead: it is linear across the picture on every plane, and most precise close to the camera. An edge that two quads
+share is computed from the same two points in the same order, so that no pixel between them is missed or drawn twice.
+Colors that vary across a quad are interpolated on each of its two triangles as in Olano and Greer, "Triangle Scan
+Conversion using 2D Homogeneous Coordinates" (1997), which is correct in perspective.
 """
 
 from __future__ import annotations
@@ -19,10 +19,13 @@ from carlette.camera.rendering.view import NEAR_M
 from carlette.jit import compiled
 
 Array = Any
-"""A numpy array, as numba sees it."""
+"""A numpy array, as numba types it."""
 FLAT_M = 0.002
-"""A quad is split into two triangles if a corner is further than this from the plane of the other three (m)."""
-# A shade is four bytes in one number; the constants have its type, or numba would compute with 64 bits.
+"""Largest distance of a corner from the plane of the other three (m).
+
+Beyond it a quad is split into two triangles. Ours.
+"""
+# A shade is four bytes in one number. The constants have its type, because numba would compute with 64 bits otherwise.
 _BYTE = numba.uint32(0xFF)
 _OPAQUE = numba.uint32(0xFF000000)
 _SECOND = numba.uint32(8)
@@ -46,10 +49,10 @@ def draw_quads(
     pixels: Array,
     nearness: Array,
 ) -> None:
-    """Draws `corners` (n, 4, 3) in `shades` (n, 4) uint32, one for each corner, into `pixels` and `nearness` (h, w).
+    """Draw `corners` (n, 4, 3) in `shades` (n, 4) uint32, one for each corner, into `pixels` and `nearness` (h, w).
 
     `matrix` (4, 4) maps into the camera's frame (x ahead, y right, z up); `across` and `up` are half the picture's
-    width and height at a distance of one metre. Shades are mixed in by their alpha or, where it `adds`, added as light.
+    width and height at a distance of one meter. Shades are blended by their alpha or, with `adds`, added as light.
     """
     height, width = pixels.shape
     lens = (0.5 * width / across, 0.5 * height / up, 0.5 * width, 0.5 * height)
@@ -114,7 +117,7 @@ def _normal(p: Array, second: int, last: int) -> tuple[float, float, float]:
 
 @compiled
 def _outline(p: Array, count: int, lens: tuple[float, float, float, float], clipped: Array, outline: Array) -> int:
-    """Cuts off what is nearer than `NEAR_M` and projects the rest: pixels u, v; returns the number of corners."""
+    """Clip the part nearer than `NEAR_M` and project the rest: pixels u, v. Returns the number of corners."""
     found = 0
     for k in range(count):
         n = k + 1 if k + 1 < count else 0
@@ -123,7 +126,7 @@ def _outline(p: Array, count: int, lens: tuple[float, float, float, float], clip
             clipped[found] = p[k]
             found += 1
         if (here >= 0.0) != (there >= 0.0):
-            # From the same end, whichever way the edge runs.
+            # The computation starts at the same end for both directions of the edge.
             a, b = (k, n) if here >= 0.0 else (n, k)
             share = (p[a, 0] - NEAR_M) / (p[a, 0] - p[b, 0])
             clipped[found, 0] = NEAR_M
@@ -147,12 +150,12 @@ def _rows(outline: Array, count: int, height: int) -> tuple[int, int]:
 
 @compiled
 def _span(outline: Array, count: int, row: int, width: int) -> tuple[int, int]:
-    """First pixel of a row whose middle is inside, and the one after the last."""
+    """Return first pixel of a row whose middle is inside, and the one after the last."""
     y = row + 0.5
     left, right = np.inf, -np.inf
     for k in range(count):
         n = k + 1 if k + 1 < count else 0
-        # Whether it runs up or down, an edge is computed from its upper end.
+        # An edge is computed from its upper end for both directions.
         a, b = (k, n) if outline[k, 1] < outline[n, 1] else (n, k)
         if outline[a, 1] <= y < outline[b, 1]:
             slope = (outline[b, 0] - outline[a, 0]) / (outline[b, 1] - outline[a, 1])
@@ -176,7 +179,7 @@ def _fill_plain(
     pixels: Array,
     nearness: Array,
 ) -> None:
-    """Fills an outline with one shade; `plane` is its normal through its offset, so that n.(1, y/x, z/x) = 1/x."""
+    """Fill an outline with one shade. `plane` is its normal through its offset, so that n.(1, y/x, z/x) = 1/x."""
     if count < 3:
         return
     height, width = pixels.shape
@@ -208,7 +211,7 @@ def _fill_plain(
 
 @compiled
 def _weigh(q: Array, offset: float, shades: tuple[Any, Any, Any], levels: Array) -> None:
-    """Each byte of a triangle's shade, times nearness, as a linear function of (1, y/x, z/x): writes (4, 3)."""
+    """Write each byte of a triangle's shade, times nearness, as a linear function of (1, y/x, z/x): (4, 3)."""
     levels[:] = 0.0
     for k in range(3):
         a, b = q[(k + 1) % 3], q[(k + 2) % 3]
@@ -232,7 +235,7 @@ def _fill_shaded(
     pixels: Array,
     nearness: Array,
 ) -> None:
-    """Fills a triangle's outline with shades that change from corner to corner; `levels` is that of `_weigh`."""
+    """Fill a triangle's outline with shades that change from corner to corner. `levels` comes from `_weigh`."""
     if count < 3:
         return
     height, width = pixels.shape
@@ -290,7 +293,7 @@ def _byte(value: Any) -> Any:
 
 @compiled
 def _blended(below: Any, shade: Any, adds: bool) -> Any:
-    """`shade` mixed into what lies below by its alpha, or added to it as light: d + s (1 - d)."""
+    """Return `shade` blended into the pixel below by its alpha, or added to it as light: d + s (1 - d)."""
     alpha = shade >> _ALPHA
     result = numba.uint32(0)
     for byte in range(4):
@@ -308,7 +311,7 @@ _MASK, _BYTE_BITS, _QUARTER = numba.uint32(0x00FF00FF), numba.uint32(8), numba.u
 
 
 def halved(samples: Pixels) -> Pixels:
-    """The averages, rounded down, of each byte of two by two samples; (2 h, 2 w) becomes (h, w)."""
+    """Return the averages, rounded down, of each byte of two by two samples; (2 h, 2 w) becomes (h, w)."""
     picture = np.empty((samples.shape[0] // 2, samples.shape[1] // 2), np.uint32)
     _halve(samples, picture)
     return picture

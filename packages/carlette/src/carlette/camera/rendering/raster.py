@@ -1,4 +1,4 @@
-"""The software rasteriser: a colour buffer, a depth buffer, and quads that the CPU draws into them."""
+"""The software rasterizer: a color buffer, a depth buffer, and quads that the CPU draws into them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from carlette.camera.rendering.view import FAR_M, CameraView
 from carlette.geometry import Pose
 
 KEPT_SIZES = 4
-"""Buffers are kept for this many sizes of picture."""
+"""Number of picture sizes whose buffers are cached. Ours."""
 _FARTHEST = np.float32(1.0 / FAR_M)
 
 
@@ -28,10 +28,10 @@ class Raster:
         self._adds, self._tests_depth = False, True
 
     def begin(self, view: CameraView, scale: int = 1) -> Pixels:
-        """Begins a picture with an empty depth buffer, `scale` times as large each way as the view's.
+        """Begin a picture with an empty depth buffer, `scale` times as large in each direction as the view's.
 
-        Returns the colour buffer, uint32 (height, width), first row on top, its bytes in the order of `draw`'s colours:
-        fill it with a background, and copy what must outlive the next `begin`.
+        Returns the color buffer, uint32 (height, width), first row on top, its bytes in the order of `draw`'s colors.
+        Fill it with a background, and copy all data that must outlive the next `begin`.
         """
         size = view.height * scale, view.width * scale
         if size not in self._buffers:
@@ -47,45 +47,45 @@ class Raster:
         return self._pixels
 
     def draw(self, corners: Singles, colors: Bytes, matrix: Singles | None = None) -> None:
-        """Draws quads: `corners` (n, 4, 3) float32, `colors` (n, 4, 4) uint8, four bytes a pixel, both contiguous.
+        """Draw quads: `corners` (n, 4, 3) float32, `colors` (n, 4, 4) uint8, four bytes per pixel, both contiguous.
 
-        `matrix` (4x4) leads from their frame to the camera's; None = that of the last `place` or `draw`.
-        A quad's front is where (second - first) x (last - first) points to; backs are not drawn. Where two quads are
-        equally near, the first one stays.
+        `matrix` (4x4) leads from their frame to the camera's; None = that of the last `transform_by` or `draw`. A
+        quad's front points along (second - first) x (last - first); backs are not drawn. Where two quads are equally
+        near, the first one stays.
         """
         from carlette.camera.rendering.quad_rasterizer import draw_quads  # numba takes half a second to load
 
         if matrix is not None:
-            self.place(matrix)
+            self.transform_by(matrix)
         shades = colors.view(np.uint32)[..., 0]
         draw_quads(
             corners, shades, self._matrix, *self._lens, self._adds, self._tests_depth, self._pixels, self._nearness
         )
 
-    def place(self, matrix: Singles) -> None:
-        """Set the frame of everything that is drawn without its own matrix."""
+    def transform_by(self, matrix: Singles) -> None:
+        """Set the frame of all quads that are drawn without their own matrix."""
         self._matrix = np.ascontiguousarray(matrix, np.float32)
 
     def blend(self, *, add: bool = False) -> None:
-        """From now on colours are mixed into the picture by their alpha, as after `begin`, or added to it as light.
+        """Blend colors into the picture by their alpha from now on, as after `begin`, or add them to it as light.
 
         Added light never gets brighter than white: d + s (1 - d).
         """
         self._adds = add
 
     def use_depth(self, wanted: bool) -> None:
-        """Set whether nearer objects hide what is drawn from now on."""
+        """Set whether nearer objects hide the following quads."""
         self._tests_depth = wanted
 
     def depth(self) -> Singles:
-        """Distances ahead of the camera's plane in metres: (height, width), 1000 where nothing was drawn."""
-        metres: Singles = np.where(self._nearness > _FARTHEST, np.reciprocal(self._nearness), np.float32(FAR_M))
-        return metres
+        """Return distances ahead of the camera's plane (m): (height, width), 1000 where nothing was drawn."""
+        meters: Singles = np.where(self._nearness > _FARTHEST, np.reciprocal(self._nearness), np.float32(FAR_M))
+        return meters
 
 
 @lru_cache(maxsize=1)
 def warm_up() -> None:
-    """Draws one quad; after that, no call compiles anything."""
+    """Draw one quad. After that, no call compiles anything."""
     from carlette.camera.rendering.quad_rasterizer import halved  # numba takes half a second to load
 
     raster = Raster()

@@ -1,4 +1,4 @@
-"""Draws a frame: the static scene, the actors' parts and the sky, as colours, depths, tags or ids."""
+"""Draws a frame: the static scene, the actors' parts and the sky, as colors, depths, tags or ids."""
 
 from __future__ import annotations
 
@@ -21,15 +21,19 @@ from carlette.camera.rendering.view import CameraView
 from carlette.geometry import Floats
 
 REACH_M = 420.0
+"""Distance within which the static scene is drawn (m). Ours."""
 DETAIL_M = 110.0
+"""Distance within which details are drawn (m). Ours."""
 PART_M = 300.0
+"""Distance within which actors are drawn (m). Ours."""
 SUPERSAMPLED_PIXELS = 700_000
-"""Pictures up to this size are supersampled two by two; larger ones use one sample per pixel."""
+"""Largest picture that is supersampled two by two (pixels). Larger ones use one sample per pixel. Ours."""
 OPAQUE_AIR = 5.0
-"""Nothing is visible behind fog of this optical depth (distance times density)."""
+"""Optical depth of fog (distance times density) behind which nothing is visible. Ours."""
 CLEAR_PER_M = 0.0015
-"""In air clearer than this, a chunk fades as a whole."""
+"""Density of fog below which a chunk fades as a whole (1/m). Ours."""
 KEPT_COLORS = 2048
+"""Number of meshes whose lit colors are cached. Ours."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +45,7 @@ class RenderPart:
     """4x4, from the mesh's frame to the world."""
     actor_id: int
     tag: int
-    """Tag of the quads that have none themselves."""
+    """Tag of the quads without their own tag."""
     radius_m: float = 4.0
     is_shade: bool = False
     """A shadow, beam or spot of light: translucent, and neither in depths nor in tags."""
@@ -51,7 +55,7 @@ class RenderPart:
 
 @dataclass(frozen=True)
 class CapturedScene:
-    """Everything that a picture of one moment shows."""
+    """All objects of a picture at one time."""
 
     static_scene: StaticScene
     parts: Sequence[RenderPart]
@@ -60,7 +64,7 @@ class CapturedScene:
 
 
 class Renderer:
-    """Draws pictures, one at a time. It caches its buffers and lit colours between frames."""
+    """Draws pictures, one at a time. It caches its buffers and lit colors between frames."""
 
     def __init__(self) -> None:
         self._lock = Lock()
@@ -68,7 +72,7 @@ class Renderer:
         self._colors: OrderedDict[tuple[int, int, Light], tuple[Mesh, Bytes]] = OrderedDict()
 
     def rgb(self, shot: CapturedScene, view: CameraView) -> Bytes:
-        """Colours: (height, width, 4) uint8, bytes B G R A."""
+        """Return colors: (height, width, 4) uint8, bytes B G R A."""
         from carlette.camera.rendering.quad_rasterizer import halved  # numba takes half a second to load
 
         scale = 2 if view.width * view.height <= SUPERSAMPLED_PIXELS else 1
@@ -81,18 +85,18 @@ class Renderer:
         return _bytes(picture)
 
     def depth(self, shot: CapturedScene, view: CameraView) -> Singles:
-        """Distances ahead of the camera's plane in metres, (height, width); 1000 where there is only sky."""
+        """Return distances ahead of the camera's plane in meters, (height, width); 1000 where there is only sky."""
         with self._lock:
             self._raster.begin(view)
             self._draw_flat(self._raster, shot, view, _tag_color)
             return self._raster.depth()
 
     def tags(self, shot: CapturedScene, view: CameraView) -> Bytes:
-        """Tags in red: (height, width, 4) uint8, bytes B G R A."""
+        """Return tags in red: (height, width, 4) uint8, bytes B G R A."""
         return self._flat_picture(shot, view, _tag_color)
 
     def instances(self, shot: CapturedScene, view: CameraView) -> Bytes:
-        """Tags in red, the actor's id in green (low byte) and blue; ids of things of the map are 0."""
+        """Return tags in red, the actor's id in green (low byte) and blue. The ids of the map's objects are 0."""
         return self._flat_picture(shot, view, _instance_color)
 
     def _flat_picture(self, shot: CapturedScene, view: CameraView, code: _Code) -> Bytes:
@@ -112,7 +116,7 @@ class Renderer:
                 colors = _hazed_part(colors, part, view, light)
                 raster.draw(part.mesh.corners, colors, into @ part.matrix.astype(np.float32))
         chunks = _seen_chunks(shot.static_scene, view, min(REACH_M, OPAQUE_AIR / light.fog_per_m))
-        raster.place(into)
+        raster.transform_by(into)
         for chunk, distance in chunks:
             for layer in (PAINT, DETAIL, SOLID):
                 if layer in chunk.layers and (layer != DETAIL or distance - chunk.radius_m < DETAIL_M):
@@ -125,9 +129,9 @@ class Renderer:
         raster: Raster,
         shot: CapturedScene,
         view: CameraView,
-        seen: tuple[Singles, list[tuple[Chunk, float]], list[RenderPart]],
+        visible_parts: tuple[Singles, list[tuple[Chunk, float]], list[RenderPart]],
     ) -> None:
-        into, chunks, parts = seen
+        into, chunks, parts = visible_parts
         light = shot.light
         if light.puddles > 0.02:
             for chunk, distance in chunks:
@@ -162,21 +166,21 @@ class Renderer:
                     raster.draw(mesh.corners, _expanded_code(mesh), into)
 
     def _part_colors(self, part: RenderPart, light: Light) -> Bytes:
-        """Lit colours of a part; kept for its heading in steps of six degrees."""
+        """Return the lit colors of a part. They are cached for its heading in steps of six degrees."""
         turn = part.matrix[:3, :3]
         heading = round(math.degrees(math.atan2(turn[1, 0], turn[0, 0])) / 6.0) % 60
         steep = round(float(turn[2, 0]) * 8) * 64 + round(float(turn[2, 1]) * 8) * 1024
         key = (id(part.mesh), heading + steep, light)
-        kept = self._colors.get(key)
-        if kept is None:
+        cached = self._colors.get(key)
+        if cached is None:
             normals = part.mesh.normals @ turn.T.astype(np.float32)
             lit = light.lit(normals, part.mesh.colors, part.mesh.glow)
-            kept = self._colors[key] = (part.mesh, corner_colors(part.mesh, lit, adds=part.adds))
+            cached = self._colors[key] = (part.mesh, corner_colors(part.mesh, lit, adds=part.adds))
             if len(self._colors) > KEPT_COLORS:
                 self._colors.popitem(last=False)
         else:
             self._colors.move_to_end(key)
-        return kept[1]
+        return cached[1]
 
 
 _Code = Callable[[Mesh, int, int], Bytes]
@@ -201,7 +205,7 @@ def _expanded_code(mesh: Mesh) -> Bytes:
 
 
 def _bytes(picture: Pixels) -> Bytes:
-    """Pixels as (height, width, 4) bytes B G R A."""
+    """Return pixels as (height, width, 4) bytes B G R A."""
     return picture.view(np.uint8).reshape(*picture.shape, 4)
 
 
@@ -210,27 +214,27 @@ def _corners4(colors: Bytes) -> Bytes:
 
 
 def _seen_parts(shot: CapturedScene, view: CameraView) -> list[RenderPart]:
-    """Parts that may be in the picture, the nearest first."""
+    """Return the parts that may be in the picture, the nearest first."""
     if not shot.parts:
         return []
     centers = np.array([part.matrix[:3, 3] for part in shot.parts])
     radii = np.array([part.radius_m for part in shot.parts])
-    seen = view.sees(centers, radii, PART_M)
+    is_visible = view.sees(centers, radii, PART_M)
     distance = np.linalg.norm(centers - np.array(view.pose.location), axis=1)
-    order = np.argsort(np.where(seen, distance, np.inf), kind="stable")[: int(seen.sum())]
+    order = np.argsort(np.where(is_visible, distance, np.inf), kind="stable")[: int(is_visible.sum())]
     return [shot.parts[item] for item in order.tolist()]
 
 
 def _seen_chunks(static_scene: StaticScene, view: CameraView, reach_m: float = REACH_M) -> list[tuple[Chunk, float]]:
-    """Chunks in the picture with their distance, the nearest first."""
-    seen = view.sees(static_scene.centers, static_scene.radii, reach_m)
+    """Return chunks in the picture with their distance, the nearest first."""
+    is_visible = view.sees(static_scene.centers, static_scene.radii, reach_m)
     distance = np.linalg.norm(static_scene.centers - np.array(view.pose.location), axis=1)
-    order = np.argsort(np.where(seen, distance, np.inf), kind="stable")[: int(seen.sum())]
+    order = np.argsort(np.where(is_visible, distance, np.inf), kind="stable")[: int(is_visible.sum())]
     return [(static_scene.chunks[item], float(distance[item])) for item in order.tolist()]
 
 
 def _hazed(chunk: Chunk, layer: str, distance: float, view: CameraView, light: Light) -> Bytes:
-    """Colours of a chunk seen through the air."""
+    """Return the colors of a chunk through the air."""
     colors = chunk.colors(layer, light)
     if light.fog_per_m <= CLEAR_PER_M:
         share = round((1.0 - math.exp(-max(distance - 40.0, 0.0) * light.fog_per_m)) * 32) / 32
@@ -240,7 +244,7 @@ def _hazed(chunk: Chunk, layer: str, distance: float, view: CameraView, light: L
 
 
 def _veiled(colors: Bytes, gap: Singles, light: Light) -> Bytes:
-    """Colours (n, 4, 4) of corners at the offsets `gap` (n, 4, 3) from the eye, seen through fog."""
+    """Return colors (n, 4, 4) of corners at the offsets `gap` (n, 4, 3) from the camera, through fog."""
     away: Singles = np.sqrt(np.einsum("nij,nij->ni", gap, gap))
     share = (255.0 - 255.0 * np.exp(-away * np.float32(light.fog_per_m))).astype(np.uint16)[..., None]
     fog = np.array([light.fog[2], light.fog[1], light.fog[0], 255], np.uint16)
@@ -261,7 +265,7 @@ def _hazed_part(colors: Bytes, part: RenderPart, view: CameraView, light: Light)
 
 
 def _water(mesh: Mesh, light: Light) -> tuple[Singles, Bytes]:
-    """Puddles that are there at this wetness, in the colour of the sky they mirror."""
+    """Return the puddles at this wetness, in the color of the sky that they mirror."""
     there = mesh.colors[:, 3] <= light.puddles * 100
     red, green, blue = (int(0.55 * a + 0.35 * b) for a, b in zip(light.horizon, light.zenith, strict=True))
     colors = np.empty((int(there.sum()), 4, 4), np.uint8)

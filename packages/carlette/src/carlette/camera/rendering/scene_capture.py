@@ -1,4 +1,4 @@
-"""What cameras see of a world: its static scene, built once for each map, and its actors."""
+"""The visible part of a world: its static scene, built once for each map, and its actors."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from carlette.world.world import World
 
 @dataclass(frozen=True)
 class CapturedActors:
-    """What moves, at one moment; with the map's static scene, a `CapturedScene`."""
+    """The moving objects at one time. With the map's static scene, they are a `CapturedScene`."""
 
     roads: RoadNetwork
     parts: list[RenderPart]
@@ -38,23 +38,23 @@ class CapturedActors:
         return replace(self, parts=parts)
 
     def shot(self) -> CapturedScene:
-        """Waits until the static scene is built."""
+        """Wait until the static scene is built."""
         return CapturedScene(static_scene_of(self.roads), self.parts, self.light, self.frame)
 
 
 def notice(world: World) -> CapturedActors:
-    """Capture what is visible of the actors now; after that the world may continue."""
+    """Capture the visible state of the actors. After that the world may continue."""
     light = light_of(world.weather)
     return CapturedActors(world.roads, cast(world, light), light, world.frame)
 
 
 def take(world: World) -> CapturedScene:
-    """Everything to be seen in a world at this moment."""
+    """Return all visible objects of a world at this time."""
     return notice(world).shot()
 
 
 def static_scene_of(roads: RoadNetwork) -> StaticScene:
-    """Return the static scene of a map; it is built on first use, once, whichever threads ask."""
+    """Return the static scene of a map. It is built once, on first use by any thread."""
     with _building:
         static_scene = _static_scenes.get(roads)
         if static_scene is None:
@@ -64,15 +64,15 @@ def static_scene_of(roads: RoadNetwork) -> StaticScene:
 
 @lru_cache(maxsize=1)
 def the_renderer() -> Renderer:
-    """The renderer of this process, so that cameras share its buffers and lit colours."""
+    """Return the renderer of this process, so that cameras share its buffers and lit colors."""
     return Renderer()
 
 
-def encode_depth(metres: Singles) -> Bytes:
+def encode_depth(meters: Singles) -> Bytes:
     """Encode depths (m) as CARLA does: (R + 256 G + 65536 B) / (2^24 - 1) is the share of 1000 m; bytes B G R A."""
-    value = (np.clip(metres / FAR_M, 0.0, 1.0).astype(np.float64) * 0xFFFFFF + 0.5).astype(np.uint32)
+    value = (np.clip(meters / FAR_M, 0.0, 1.0).astype(np.float64) * 0xFFFFFF + 0.5).astype(np.uint32)
     packed = value >> 16 | value & 0xFF00 | (value & 0xFF) << 16 | np.uint32(0xFF000000)
-    coded: Bytes = packed.astype(np.uint32).view(np.uint8).reshape(*metres.shape, 4)
+    coded: Bytes = packed.astype(np.uint32).view(np.uint8).reshape(*meters.shape, 4)
     return coded
 
 

@@ -16,10 +16,11 @@ from carlette.camera.rendering.lighting import Light
 from carlette.camera.rendering.view import CameraView
 
 STREAKS = 420
+"""Number of streaks in the heaviest rain. Ours."""
 
 
 def rain_streaks(rain: float, frame: int) -> tuple[Singles, Bytes]:
-    """Thin quads in the camera's frame; their places change with the frame, always in the same way."""
+    """Return thin quads in the camera's frame. Their positions change with the frame, always in the same way."""
     random = np.random.default_rng(frame)
     count = int(STREAKS * rain)
     ahead = random.uniform(2.0, 12.0, count)
@@ -39,14 +40,17 @@ def rain_streaks(rain: float, frame: int) -> tuple[Singles, Bytes]:
 
 
 DISTANCE_M = 880.0
+"""Distance of clouds and celestial bodies (m), within the far plane. Ours."""
 STEPS = 256
+"""Number of colors of the gradient. Ours."""
 _LOWEST = -0.25
+"""Lowest sine of the elevation in the gradient. Ours."""
 OVERCAST = 0.8
-"""Above this share of clouds they are one grey ceiling."""
+"""Share of clouds above which they are one gray ceiling. Ours."""
 
 
 def fill_sky(buffer: NDArray[np.uint32], view: CameraView, light: Light) -> None:
-    """Paints the background of a picture whose pixels are B G R A."""
+    """Paint the background of a picture whose pixels are B G R A."""
     table = _gradient(light)
     axes = view.axes()
     across, up = view.tangents
@@ -68,7 +72,7 @@ def _steps(rise: Singles) -> NDArray[np.int64]:
 
 @lru_cache(maxsize=32)
 def _gradient(light: Light) -> NDArray[np.uint32]:
-    """Colours by the sine of the elevation, as little-endian B G R A."""
+    """Return colors by the sine of the elevation, as little-endian B G R A."""
     table = np.empty(STEPS, np.uint32)
     for step in range(STEPS):
         rise = _LOWEST + (step + 0.5) / STEPS * (1.0 - _LOWEST)
@@ -88,7 +92,7 @@ def _meadow(light: Light) -> Color:
 
 @lru_cache(maxsize=16)
 def dome(light: Light) -> Mesh:
-    """Clouds, sun, moon and stars around the origin; they are drawn behind everything else."""
+    """Return clouds, sun, moon and stars around the origin. They are drawn behind everything else."""
     builder = Builder(tags.SKY)
     random = Random(5)
     night = sum(light.ambient) < 1.0
@@ -145,7 +149,7 @@ def _cloud(builder: Builder, random: Random, white: Color, below: Color) -> None
 def _disc(
     builder: Builder, way: Point, radius: float, color: Color, sides: int, *, flat: float = 1.0, far: float = 1.0
 ) -> None:
-    """A flat disc far away that looks at the origin."""
+    """Build a flat disc far away that faces the origin."""
     aside = np.cross((0.0, 0.0, 1.0), way)
     aside /= max(float(np.linalg.norm(aside)), 1e-6)
     up = np.cross(way, aside)

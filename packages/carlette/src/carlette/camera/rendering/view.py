@@ -1,7 +1,7 @@
-"""Where a camera is and what it sees: projection and frustum.
+"""Pose and image of a camera: projection and frustum.
 
-Camera frame: x ahead, y right, z up. Pixel (u, v): u to the right, v down, the first pixel's middle at (0.5, 0.5).
-The image plane is CARLA's: focal length width / (2 tan(fov / 2)) in both directions, no distortion.
+Camera frame: x ahead, y right, z up. Pixel (u, v): u to the right, v down, the first pixel's center at (0.5, 0.5). The
+image plane is CARLA's: focal length width / (2 tan(fov / 2)) in both directions, no distortion.
 """
 
 from __future__ import annotations
@@ -16,12 +16,14 @@ from carlette.camera.arrays import Singles
 from carlette.geometry import Floats, Pose, Rotation
 
 NEAR_M = 0.1
+"""Distance of the near plane (m). Ours."""
 FAR_M = 1000.0
+"""Distance of the far plane (m): the range of CARLA's depth camera."""
 
 
 @dataclass(frozen=True)
 class CameraView:
-    """One camera at one moment."""
+    """One camera at one time."""
 
     pose: Pose
     width: int
@@ -30,12 +32,12 @@ class CameraView:
 
     @property
     def tangents(self) -> tuple[float, float]:
-        """Half the picture's width and height at a distance of one metre."""
+        """Half the picture's width and height at a distance of one meter."""
         across = math.tan(math.radians(self.fov_deg) / 2)
         return across, across * self.height / self.width
 
     def axes(self) -> Floats:
-        """Rows: the camera's x, y and z axis in the world."""
+        """Return rows: the camera's x, y and z axis in the world."""
         return axes_of(self.pose.rotation)
 
     def into_camera(self) -> Singles:
@@ -48,27 +50,30 @@ class CameraView:
         return into
 
     def pixels(self, points: Floats) -> Floats:
-        """World points (n, 3) to u, v and distance ahead (m), (n, 3); meaningful where the distance is positive."""
-        seen = (points - np.array(self.pose.location)) @ self.axes().T
+        """Return u, v and distance ahead (m) of world points (n, 3), (n, 3).
+
+        They are meaningful where the distance is positive.
+        """
+        local = (points - np.array(self.pose.location)) @ self.axes().T
         across, up = self.tangents
-        ahead = np.where(np.abs(seen[:, 0]) < 1e-9, 1e-9, seen[:, 0])
-        u = (seen[:, 1] / ahead / across + 1.0) * self.width / 2
-        v = (1.0 - seen[:, 2] / ahead / up) * self.height / 2
-        return np.stack([u, v, seen[:, 0]], axis=1)
+        ahead = np.where(np.abs(local[:, 0]) < 1e-9, 1e-9, local[:, 0])
+        u = (local[:, 1] / ahead / across + 1.0) * self.width / 2
+        v = (1.0 - local[:, 2] / ahead / up) * self.height / 2
+        return np.stack([u, v, local[:, 0]], axis=1)
 
     def sees(self, centers: Floats, radii: Floats, reach_m: float) -> NDArray[np.bool_]:
-        """Which spheres may be in the picture and within `reach_m`."""
-        seen = (centers - np.array(self.pose.location)) @ self.axes().T
+        """Return which spheres may be in the picture and within `reach_m`."""
+        local = (centers - np.array(self.pose.location)) @ self.axes().T
         across, up = self.tangents
-        inside: NDArray[np.bool_] = (seen[:, 0] > -radii) & (np.linalg.norm(seen, axis=1) - radii < reach_m)
+        inside: NDArray[np.bool_] = (local[:, 0] > -radii) & (np.linalg.norm(local, axis=1) - radii < reach_m)
         for tangent, column in ((across, 1), (up, 2)):
-            beyond = np.abs(seen[:, column]) - seen[:, 0] * tangent
+            beyond = np.abs(local[:, column]) - local[:, 0] * tangent
             inside &= beyond < radii * math.hypot(1.0, tangent)
         return inside
 
 
 def axes_of(rotation: Rotation) -> Floats:
-    """Rows: the x, y and z axis of a frame with CARLA's rotation (as `carlette.geometry.rotate` has it)."""
+    """Return rows: the x, y and z axis of a frame with CARLA's rotation (as `carlette.geometry.rotate` has it)."""
     (cp, sp), (cy, sy), (cr, sr) = ((math.cos(math.radians(a)), math.sin(math.radians(a))) for a in rotation)
     return np.array(
         (

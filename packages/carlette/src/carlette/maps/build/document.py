@@ -20,7 +20,7 @@ _FIRST_JUNCTION, _FIRST_CONNECTING_ROAD, _FIRST_SIGNAL, _FIRST_CONTROLLER = 500,
 
 
 def map_xml(plan: Plan) -> str:
-    """Return the whole map; the same plan gives the same text on every machine."""
+    """Return the whole map. The same plan gives the same text on every machine."""
     nodes = {node.name: node for node in plan.nodes}
     junction_ids = {node.name: junction_id for junction_id, node in enumerate(plan.nodes, _FIRST_JUNCTION)}
     streets = [build_street(street, road_id, nodes, junction_ids) for road_id, street in enumerate(plan.streets, 1)]

@@ -9,11 +9,12 @@ from itertools import count
 from xml.etree.ElementTree import Element, SubElement
 
 from carlette.maps.build.plan import JunctionNode
-from carlette.maps.build.sections import KERB, NONE, LaneSpec
+from carlette.maps.build.sections import CURB, NONE, LaneSpec
 from carlette.maps.build.streets import StreetEnd, complete_road, lane_element, mark_element, road_element
 from carlette.maps.reference_lines import Pose2D, lead
 
 _STRAIGHT_RAD = math.radians(30)
+"""Change of heading up to which a movement is straight on (rad). Ours."""
 
 
 @dataclass(frozen=True)
@@ -24,13 +25,13 @@ class LaneMovement:
     lane_in: int
     outgoing: StreetEnd
     lane_out: int
-    at_kerb: bool
-    """True if no other movement is between it and the kerb."""
+    at_curb: bool
+    """True if no other movement is between it and the curb."""
 
 
 @dataclass(frozen=True)
 class Junction:
-    """A node's junction element and the roads in it, each with the arm it comes from."""
+    """A node's junction element and the roads in it, each with the arm where it starts."""
 
     node: JunctionNode
     arms: list[StreetEnd]
@@ -39,7 +40,7 @@ class Junction:
 
 
 def build_junction(node: JunctionNode, junction_id: int, arms: list[StreetEnd], road_ids: count[int]) -> Junction:
-    """All connecting roads of a node."""
+    """Return all connecting roads of a node."""
     element = Element("junction", id=str(junction_id), name=node.name)
     roads = []
     for movement in _movements(arms):
@@ -61,7 +62,7 @@ def build_junction(node: JunctionNode, junction_id: int, arms: list[StreetEnd], 
 
 
 def turn_rad(incoming: StreetEnd, outgoing: StreetEnd) -> float:
-    """Positive to the left."""
+    """Return the turn from `incoming` to `outgoing` (rad), positive to the left."""
     return math.remainder(outgoing.pose.yaw_rad + math.pi - incoming.pose.yaw_rad, 2 * math.pi)
 
 
@@ -77,7 +78,7 @@ def _movements(arms: list[StreetEnd]) -> Iterator[LaneMovement]:
 
 
 def _lane_pairs(incoming: StreetEnd, outgoing: StreetEnd) -> Iterator[tuple[int, int]]:
-    """Positions of lanes that a movement joins: left turns inside, right turns outside, straight on all.
+    """Yield the positions of lanes that a movement joins: left turns inside, right turns outside, straight on all.
 
     Ramps leave from and lead to the outermost lane.
     """
@@ -103,7 +104,7 @@ def _bicycles(incoming: StreetEnd, outgoing: StreetEnd) -> Iterator[LaneMovement
 def _connecting_road(
     node: JunctionNode, movement: LaneMovement, road_id: int, junction_id: int
 ) -> tuple[Element, list[int | None]]:
-    """The road and, for each of its lanes, the incoming lane's id (None where the lane only fills a gap)."""
+    """Return the road and, for each of its lanes, the incoming lane's id (None where the lane only fills a gap)."""
     incoming, outgoing = movement.incoming, movement.outgoing
     start = _inner_edge(incoming.pose, incoming.incoming, movement.lane_in)
     end = _inner_edge(outgoing.pose.reversed(), outgoing.outgoing, movement.lane_out)
@@ -117,8 +118,8 @@ def _connecting_road(
     street = incoming.street
     complete_road(road, street.section.kind, street.section.limit_kmh, [(0.0, node.z)])
     holder = SubElement(SubElement(road, "lanes"), "laneSection", s="0")
-    centre = SubElement(SubElement(holder, "center"), "lane", id="0", type="none", level="false")
-    centre.append(mark_element(NONE))
+    center = SubElement(SubElement(holder, "center"), "lane", id="0", type="none", level="false")
+    center.append(mark_element(NONE))
     right = SubElement(holder, "right")
     links: list[int | None] = []
     for position, (lane, widths, ends) in enumerate(_lanes(movement), 1):
@@ -134,18 +135,18 @@ def _connecting_road(
 
 
 def _lanes(movement: LaneMovement) -> Iterator[tuple[LaneSpec, tuple[float, float], tuple[int, int] | None]]:
-    """Lanes of a connecting road with their widths at both ends and the positions that they join."""
+    """Yield lanes of a connecting road with their widths at both ends and the positions that they join."""
     lanes_in, lanes_out = movement.incoming.incoming, movement.outgoing.outgoing
     ends = movement.lane_in, movement.lane_out
     first, last = lanes_in[ends[0] - 1], lanes_out[ends[1] - 1]
     yield LaneSpec(first.kind, first.width_m, NONE), (first.width_m, last.width_m), ends
     walks = _position(lanes_in, "sidewalk"), _position(lanes_out, "sidewalk")
-    if movement.at_kerb and walks[0] and walks[1]:
+    if movement.at_curb and walks[0] and walks[1]:
         gaps = (
             sum(lane.width_m for lane in lanes_in[ends[0] : walks[0] - 1]),
             sum(lane.width_m for lane in lanes_out[ends[1] : walks[1] - 1]),
         )
-        yield LaneSpec("shoulder", gaps[0], KERB), gaps, None
+        yield LaneSpec("shoulder", gaps[0], CURB), gaps, None
         walk = lanes_in[walks[0] - 1]
         yield walk, (walk.width_m, lanes_out[walks[1] - 1].width_m), (walks[0], walks[1])
 
@@ -159,5 +160,5 @@ def _driving(lanes: tuple[LaneSpec, ...]) -> int:
 
 
 def _position(lanes: tuple[LaneSpec, ...], kind: str) -> int:
-    """The position of the first lane of a kind; 0 where there is none."""
+    """Return the position of the first lane of a kind; 0 without one."""
     return next((position for position, lane in enumerate(lanes, 1) if lane.kind == kind), 0)

@@ -1,4 +1,4 @@
-"""The plan of a map: nodes where streets meet, and the streets between them, in the right-handed map frame."""
+"""The plan of a map: nodes at which streets meet, and the streets between them, in the right-handed map frame."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Control = Literal["light", "stop", "yield", "none"]
 
 @dataclass(frozen=True)
 class JunctionNode:
-    """A junction. Its streets begin `reach_m` from its middle, and it is flat."""
+    """A junction. Its streets begin `reach_m` from its center, and it is flat."""
 
     name: str
     x: float
@@ -26,19 +26,19 @@ class JunctionNode:
 
 @dataclass(frozen=True)
 class End:
-    """Where a street meets a node."""
+    """The end of a street at a node."""
 
     node: str
     bearing_deg: float
-    """The direction from the node's middle along the street, counter-clockwise from the x axis."""
+    """The direction from the node's center along the street, counterclockwise from the x axis."""
     control: Control = "none"
-    """What traffic from this street obeys at the node."""
+    """Traffic control for this street at the node."""
     left_m: float = 0.0
-    """Lateral offset of the street's line from the node's middle (m), to the left when looking along the bearing."""
+    """Lateral offset of the street's line from the node's center (m), to the left when looking along the bearing."""
     reach_m: float | None = None
-    """Replaces the node's own value if given."""
+    """Replaces the node's own value if set."""
     ramp: bool = False
-    """Ramps meet the outermost lane of a motorway, whatever their direction."""
+    """True for a ramp, which meets the outermost lane of a motorway in any direction."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class StreetCrossing:
 
 @dataclass(frozen=True)
 class RoadsidePlot:
-    """A building or place beside the street."""
+    """A building or open area next to the street."""
 
     name: str
     at_m: float
@@ -71,7 +71,7 @@ class PlannedStreet:
     section: CrossSection
     via: tuple[Pose2D, ...] = ()
     heights: tuple[tuple[float, float], ...] = ()
-    """(share of the length, height in metres) between the two nodes' own heights; level at each."""
+    """(share of the length, height in meters) between the two nodes' own heights. The street is level at each."""
     crossings: tuple[StreetCrossing, ...] = ()
     blocks: tuple[RoadsidePlot, ...] = ()
 
@@ -92,10 +92,10 @@ class Plan:
         names = [node.name for node in self.nodes]
         twins = {name for name in names if names.count(name) > 1}
         if twins:
-            raise PlanError(f"map '{self.name}' has two nodes called '{min(twins)}'; give each its own name")
+            raise PlanError(f"duplicate node in map '{self.name}': {min(twins)}. Give each its own name")
         for street in self.streets:
             for end in (street.start, street.end):
                 if end.node not in names:
                     raise PlanError(
-                        f"'{street.name}' ends at '{end.node}', which is not a node; add it or correct the name"
+                        f"unknown node: '{end.node}' at the end of '{street.name}'. Add it or correct the name"
                     )

@@ -1,8 +1,8 @@
-"""Traffic lights, signs, markings and buildings beside the road, as OpenDRIVE elements.
+"""Traffic lights, signs, markings and buildings at the roadside, as OpenDRIVE elements.
 
-They are written as in CARLA's own towns: a light's post is beside its arm and is valid for no lane there; each
+They are written as in CARLA's own towns. A light's post is next to its arm and is valid for no lane there. Each
 connecting road refers to it at its start, which is where CARLA makes cars stop. Signs are at the end of their arm and
-are valid for the incoming lanes. `orientation` is the direction that the face of a post looks in.
+are valid for the incoming lanes. `orientation` is the direction of the face of a post. The lengths are ours.
 """
 
 from __future__ import annotations
@@ -26,11 +26,17 @@ _NAMES = {
     RAILS: "Sign_LevelCrossing",
 }
 _POST_BEFORE_END_M = 1.5
-_BEHIND_KERB_M = 0.5
+"""Distance of a light's post before the end of its arm (m)."""
+_BEHIND_CURB_M = 0.5
+"""Distance of a post behind the curb (m)."""
 _LIMIT_AFTER_M = 8.0
+"""Distance of a speed sign after the start of a street (m)."""
 _CROSSWALK_M = (2.0, 5.0)
-_BEYOND_KERB_M = 1.0
+"""Distances of a crosswalk's edges from the end of the arm (m)."""
+_BEYOND_CURB_M = 1.0
+"""Overlap of a crosswalk beyond the curb (m)."""
 _STOP_LINE_M = 0.4
+"""Width of a stop line (m)."""
 
 Roadside = Iterator[tuple[int, str, Element]]
 """(road id, `objects` or `signals`, element)"""
@@ -39,7 +45,7 @@ Roadside = Iterator[tuple[int, str, Element]]
 def junction_roadside(
     junction: Junction, ids: count[int], controller_ids: count[int]
 ) -> tuple[list[Element], Roadside]:
-    """Return the controllers of a junction's lights, and everything that is placed at the junction."""
+    """Return the controllers of a junction's lights, and all objects at the junction."""
     lights = {arm: next(ids) for arm in junction.arms if arm.end.control == "light"}
     controllers = []
     for sequence, group in enumerate(_phases(junction)):
@@ -54,12 +60,12 @@ def junction_roadside(
 
 
 def street_roadside(road: StreetRoad, ids: count[int]) -> Roadside:
-    """Speed limits at both ends, crossings and buildings of a street."""
+    """Return speed limits at both ends, crossings and buildings of a street."""
     for arm, lanes in ((road.first, road.first.outgoing), (road.last, road.last.outgoing)):
         driving = [position for position, lane in enumerate(lanes, 1) if lane.kind == "driving"]
         if driving:
             ends = arm.outgoing_id(driving[0]), arm.outgoing_id(driving[-1])
-            place = _beside(arm, _LIMIT_AFTER_M, leaving=True)
+            place = _curb_position(arm, _LIMIT_AFTER_M, leaving=True)
             yield arm.road_id, "signals", _signal(LIMIT, next(ids), place, ends, road.street.section.limit_kmh)
     for crossing in road.street.crossings:
         yield from _crossing(road, crossing, ids)
@@ -75,7 +81,7 @@ def _at_arms(junction: Junction, lights: Mapping[StreetEnd, int], ids: count[int
         if not driving or arm.end.control == "none":
             continue
         ends = arm.incoming_id(driving[0]), arm.incoming_id(driving[-1])
-        place = _beside(arm, _POST_BEFORE_END_M)
+        place = _curb_position(arm, _POST_BEFORE_END_M)
         if arm.end.control == "light":
             yield arm.road_id, "signals", _signal(LIGHT, lights[arm], place, (0, 0), -1.0, dynamic=True)
         else:
@@ -89,7 +95,7 @@ def _at_arms(junction: Junction, lights: Mapping[StreetEnd, int], ids: count[int
 
 
 def _phases(junction: Junction) -> list[list[StreetEnd]]:
-    """Arms whose lights are green together."""
+    """Return the groups of arms whose lights are green together."""
     groups: list[list[StreetEnd]] = []
     for arm in junction.arms:
         if arm.end.control != "light":
@@ -103,11 +109,11 @@ def _phases(junction: Junction) -> list[list[StreetEnd]]:
     return groups
 
 
-def _beside(arm: StreetEnd, before_end_m: float, leaving: bool = False) -> dict[str, str]:
-    """A place at the right kerb of traffic that approaches the node (or leaves it), facing that traffic."""
+def _curb_position(arm: StreetEnd, before_end_m: float, leaving: bool = False) -> dict[str, str]:
+    """Return the attributes of a position at the right curb, facing traffic that approaches or leaves the node."""
     forward = arm.at_end is not leaving
     lanes = arm.outgoing if leaving else arm.incoming
-    t = sum(lane.width_m for lane in lanes if lane.kind != "sidewalk") + _BEHIND_KERB_M
+    t = sum(lane.width_m for lane in lanes if lane.kind != "sidewalk") + _BEHIND_CURB_M
     return {
         "s": number(arm.station(before_end_m)),
         "t": number(-t if forward else t),
@@ -128,7 +134,7 @@ def _signal(
     element.attrib.update(zOffset="0.0", roll="0.0", pitch="0.0", dynamic="yes" if dynamic else "no")
     element.attrib.update(country="OpenDRIVE", type=kind, subtype="-1", value=number(value), text="")
     if kind == LIMIT:
-        # The German catalogue numbers speed signs 274-30 and so on; CARLA creates signs only for these subtypes.
+        # The German catalog numbers speed signs 274-30 and so on. CARLA creates signs only for these subtypes.
         element.attrib.update(subtype=f"{value:g}", unit="km/h")
     element.attrib.update(height="1.16" if dynamic else "2.5", width="0.525" if dynamic else "0.8")
     SubElement(element, "validity", fromLane=str(min(lanes)), toLane=str(max(lanes)))
@@ -136,15 +142,16 @@ def _signal(
 
 
 def _reference(light_id: int) -> Element:
-    """Makes lane -1 of a connecting road obey a light at the road's start."""
+    """Return the reference that makes lane -1 of a connecting road obey a light at the road's start."""
     element = Element("signalReference", id=str(light_id), s="0.0", t="0.0", orientation="-")
     SubElement(element, "validity", fromLane="-1", toLane="-1")
     return element
 
 
 def _crosswalk_at(arm: StreetEnd, object_id: int) -> Element:
-    """A crosswalk from kerb to kerb, just inside the junction, so that cars that stop at its edge do not stand on
-    it.
+    """Return a crosswalk from curb to curb, just inside the junction.
+
+    Cars that stop at the junction's edge are not on it.
     """
     ahead = 1 if arm.at_end else -1
     near_m, far_m = (ahead * distance for distance in _CROSSWALK_M)
@@ -153,8 +160,8 @@ def _crosswalk_at(arm: StreetEnd, object_id: int) -> Element:
 
 def _crosswalk(arm: StreetEnd, s: float, along_m: tuple[float, float], object_id: int) -> Element:
     section = arm.street.section
-    right = sum(lane.width_m for lane in section.right if lane.kind != "sidewalk") + _BEYOND_KERB_M
-    left = sum(lane.width_m for lane in section.left if lane.kind != "sidewalk") + _BEYOND_KERB_M
+    right = sum(lane.width_m for lane in section.right if lane.kind != "sidewalk") + _BEYOND_CURB_M
+    left = sum(lane.width_m for lane in section.left if lane.kind != "sidewalk") + _BEYOND_CURB_M
     element = _object("ContinentalCrosswalk", "crosswalk", object_id, s, 0.0)
     element.attrib.update(width=number(abs(along_m[1] - along_m[0])), length=number(left + right))
     outline = SubElement(element, "outline")
@@ -174,7 +181,7 @@ def _stop_line(arm: StreetEnd, lanes: int, object_id: int) -> Element:
 
 
 def _crossing(road: StreetRoad, crossing: StreetCrossing, ids: count[int]) -> Roadside:
-    """A crosswalk or rails in mid-street, with a sign before them for each way."""
+    """Yield a crosswalk or rails in mid-street, with a sign before them in each direction."""
     arm, rails = road.first, crossing.kind == "rails"
     if rails:
         element = _object("LevelCrossing", "railroad", next(ids), crossing.at_m, 0.0)
@@ -186,7 +193,7 @@ def _crossing(road: StreetRoad, crossing: StreetCrossing, ids: count[int]) -> Ro
         driving = [position for position, lane in enumerate(lanes, 1) if lane.kind == "driving"]
         if driving:
             ahead_m = road.length_m - crossing.at_m if item.at_end else crossing.at_m
-            place = _beside(item, ahead_m + 6.0)
+            place = _curb_position(item, ahead_m + 6.0)
             ends = item.incoming_id(driving[0]), item.incoming_id(driving[-1])
             yield arm.road_id, "signals", _signal(RAILS if rails else PEDESTRIANS, next(ids), place, ends)
 

@@ -1,4 +1,4 @@
-"""Streets as OpenDRIVE roads, and the arms that they offer to the nodes at their ends."""
+"""Streets as OpenDRIVE roads, and the arms at the nodes at their ends."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from carlette.maps.build.sections import CrossSection, LaneMarking, LaneSpec
 from carlette.maps.reference_lines import Pose2D, Segment, end_of, lead
 
 PAINT_M = 0.125
+"""Width of a painted line (m). Ours."""
 
 
 @dataclass(frozen=True)
@@ -26,7 +27,7 @@ class StreetEnd:
     """True if the road ends at the node, False if it starts there."""
     end: End
     pose: Pose2D
-    """The end of the reference line, looking into the node."""
+    """The end of the reference line, directed into the node."""
 
     @property
     def incoming(self) -> tuple[LaneSpec, ...]:
@@ -39,11 +40,11 @@ class StreetEnd:
         return self.street.section.left if self.at_end else self.street.section.right
 
     def incoming_id(self, position: int) -> int:
-        """OpenDRIVE's id of a lane into the node; positions count from 1 at the reference line."""
+        """Return OpenDRIVE's id of a lane into the node; positions count from 1 at the reference line."""
         return -position if self.at_end else position
 
     def outgoing_id(self, position: int) -> int:
-        """OpenDRIVE's id of a lane out of the node."""
+        """Return OpenDRIVE's id of a lane out of the node."""
         return -self.incoming_id(position)
 
     def station(self, before_end_m: float) -> float:
@@ -65,7 +66,7 @@ class StreetRoad:
 def build_street(
     street: PlannedStreet, road_id: int, nodes: Mapping[str, JunctionNode], junction_ids: Mapping[str, int]
 ) -> StreetRoad:
-    """The road of a street; its links name the junctions at its nodes."""
+    """Return the road of a street; its links name the junctions at its nodes."""
     start, end = nodes[street.start.node], nodes[street.end.node]
     first, last = _pose(start, street.start), _pose(end, street.end)
     segments = _line([first.reversed(), *street.via, last])
@@ -84,7 +85,7 @@ def build_street(
 
 
 def road_element(road_id: int, name: str, start: Pose2D, segments: Iterable[Segment], junction: int = -1) -> Element:
-    """A road with its plan view and nothing else yet."""
+    """Return a road with its plan view and nothing else yet."""
     pieces = list(segments)
     length_m = sum(item.length_m for item in pieces)
     road = Element("road", name=name, length=number(length_m), id=str(road_id), junction=str(junction))
@@ -105,7 +106,7 @@ def road_element(road_id: int, name: str, start: Pose2D, segments: Iterable[Segm
 
 
 def complete_road(road: Element, kind: str, limit_kmh: float, heights: list[tuple[float, float]]) -> None:
-    """Adds type, speed limit and elevation ((s, z) knots, level at each) around the plan view, in schema order."""
+    """Add type, speed limit and elevation ((s, z) knots, level at each) around the plan view, in schema order."""
     kinds = Element("type", s="0", type=kind)
     SubElement(kinds, "speed", max=f"{limit_kmh:g}", unit="km/h")
     view = road.find("planView")
@@ -127,7 +128,7 @@ def complete_road(road: Element, kind: str, limit_kmh: float, heights: list[tupl
 
 
 def lane_element(lane_id: int, kind: str, width: tuple[float, float], length_m: float, mark: LaneMarking) -> Element:
-    """A lane whose width changes smoothly from the first value to the second (m), without a kink at the ends."""
+    """Return a lane whose width changes smoothly from the first value to the second (m), without a kink at the ends."""
     lane = Element("lane", id=str(lane_id), type=kind, level="false")
     c, d = _ease(width[0], width[1], length_m)
     SubElement(lane, "width", sOffset="0", a=number(width[0]), b="0", c=c, d=d)
@@ -136,18 +137,18 @@ def lane_element(lane_id: int, kind: str, width: tuple[float, float], length_m: 
 
 
 def mark_element(mark: LaneMarking) -> Element:
-    """A lane's outer line."""
+    """Return a lane's outer line."""
     what = {"type": mark.paint, "weight": "standard", "color": mark.color, "laneChange": mark.change}
     return Element("roadMark", {"sOffset": "0", "width": number(PAINT_M), **what})
 
 
 def number(value: float) -> str:
-    """Round to 10 nanometres, since the last bits of a sine differ between machines."""
+    """Round to 10 nanometers, since the last bits of a sine differ between machines."""
     return repr(round(float(value), 8) + 0.0)
 
 
 def _ease(first: float, last: float, length: float) -> tuple[str, str]:
-    """The coefficients c and d of the cubic from one value to another that is level at both ends."""
+    """Return the coefficients c and d of the cubic from one value to another that is level at both ends."""
     change = last - first
     c, d = (3 * change / length**2, -2 * change / length**3) if change else (0.0, 0.0)
     return repr(round(c, 15) + 0.0), repr(round(d, 15) + 0.0)
@@ -178,8 +179,8 @@ def _add_lanes(road: Element, section: CrossSection) -> None:
             continue
         group = SubElement(holder, side)
         if side == "center":
-            centre = SubElement(group, "lane", id="0", type="none", level="false")
-            centre.append(mark_element(section.centre))
+            center = SubElement(group, "lane", id="0", type="none", level="false")
+            center.append(mark_element(section.center))
             continue
         for lane_id, lane in sides[side]:
             group.append(lane_element(lane_id, lane.kind, (lane.width_m, lane.width_m), 1.0, lane.mark))

@@ -1,1 +1,1 @@
-"""The plans of the maps that ship."""
+"""The plans of the shipped maps."""

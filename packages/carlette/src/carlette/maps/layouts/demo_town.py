@@ -2,15 +2,17 @@
 
 It is a ring of two lanes each way and a street of one lane each way across it:
 
-        ring north
-      +------------+
-     J100        J200      signalised T-junctions
-      +--street----+
-      |            |
-      +------------+
-        ring south
+```
+    ring north
+  +------------+
+ J100        J200      signalized T-junctions
+  +--street----+
+  |            |
+  +------------+
+    ring south
+```
 
-There are no dead ends, so traffic can drive round forever.
+There are no dead ends, so traffic can drive around forever.
 """
 
 from __future__ import annotations
@@ -32,17 +34,20 @@ GEO_REFERENCE = (
 )
 _WEST, _EAST = 100, 200
 _REACH_M = 18.0
-"""Distance from the middle of a junction to where its arms begin (m)."""
+"""Distance from the center of a junction to the start of its arms (m). Ours."""
 _CORNER_M = 40.0
+"""Radius of the ring's corners (m). Ours."""
 _NORTH_M = 190.0
+"""Position of the ring's northern side (m). Ours."""
 _SOUTH_M = -150.0
+"""Position of the ring's southern side (m). Ours."""
 _STREET = [Segment(220.0), arc(500.0, math.radians(10)), Segment(220.0)]
 _DECIMALS = 9
-"""Written precision (nanometres): the last bits of a sine differ between machines."""
+"""Number of decimals in the file (nanometers): the last bits of a sine differ between machines."""
 
 
 def town_xml() -> str:
-    """The whole town as OpenDRIVE 1.4 text."""
+    """Return the whole town as OpenDRIVE 1.4 text."""
     chains = _layout()
     junctions = [
         SignalisedJunction(_WEST, [way.first for way in chains]),
@@ -64,7 +69,7 @@ def town_xml() -> str:
 
 
 def _layout() -> list[RoadChain]:
-    """The ring's two halves and the street, each from the western junction to the eastern one."""
+    """Return the ring's two halves and the street, each from the western junction to the eastern one."""
     street_start = Pose2D(_REACH_M, 0.0, 0.0)
     east = end_of(street_start, _STREET).moved(_REACH_M)
     top_m = east.x - 2 * _CORNER_M
@@ -93,22 +98,22 @@ def _layout() -> list[RoadChain]:
 
 
 def _complete_header(root: ElementTree.Element, chains: list[RoadChain]) -> None:
-    """Replaces the time of day by a constant, and adds the town's extent."""
+    """Replace the time of day with a constant, and add the town's extent."""
     header = root[0]
     east = chains[0].last.pose.x
-    kerb_m = AVENUE.half_width_m
+    curb_m = AVENUE.half_width_m
     extent = {
-        "north": _NORTH_M + kerb_m,
-        "south": _SOUTH_M - kerb_m,
-        "east": east + kerb_m,
-        "west": -kerb_m,
+        "north": _NORTH_M + curb_m,
+        "south": _SOUTH_M - curb_m,
+        "east": east + curb_m,
+        "west": -curb_m,
     }
     header.attrib.update({key: str(value) for key, value in extent.items()})
     header.attrib.update({"version": "1", "date": "2024-01-01T00:00:00", "vendor": "StuckSolver"})
 
 
 def _add_roadside(root: ElementTree.Element, junctions: list[SignalisedJunction]) -> None:
-    """Crosswalks, lights and references to them, under the roads they belong to."""
+    """Add crosswalks, lights and references to them to the roads that they belong to."""
     roads = {road.get("id"): road for road in root.findall("road")}
     for road_id, group, element in (item for junction in junctions for item in junction.roadside()):
         road = roads[str(road_id)]
@@ -117,7 +122,7 @@ def _add_roadside(root: ElementTree.Element, junctions: list[SignalisedJunction]
 
 
 def _add_controllers(root: ElementTree.Element, junctions: list[SignalisedJunction]) -> None:
-    """One phase for each arm: the controllers stand between the roads and the junctions."""
+    """Add one phase for each arm. The controllers are between the roads and the junctions."""
     place = len(root.findall("road")) + 1
     for junction, element in zip(junctions, root.findall("junction"), strict=True):
         for controller, entry in junction.controllers():

@@ -1,4 +1,4 @@
-"""A town of avenues and streets in a grid, 1120 m by 780 m, with every kind of junction and kerb.
+"""A town of avenues and streets in a grid, 1120 m by 780 m, with every kind of junction and curb.
 
         0      280     560     840    1120
     780  .--------T-------L-------T--------.      T  stop or yield on the stem
@@ -9,8 +9,8 @@
          |        #       |       |        |      #  parking lanes
       0  '--------T-------L-------T--------'
 
-The outer ring and the row at 260 have two lanes each way, and so has the column at 560, where the outermost lane
-is for buses. North of the roundabout is a one-way street; School Street is the southern end of the fourth column.
+The outer ring and the row at 260 have two lanes each way, and so has the column at 560, where the outermost lane is for
+buses. North of the roundabout is a one-way street; School Street is the southern end of the fourth column.
 """
 
 from __future__ import annotations
@@ -35,15 +35,19 @@ _X = (0.0, 280.0, 560.0, 840.0, 1120.0)
 _Y = (0.0, 260.0, 520.0, 780.0)
 _EAST, _NORTH, _WEST, _SOUTH = 0.0, 90.0, 180.0, 270.0
 _CORNER_M = 40.0
+"""Radius of the corners (m). Ours."""
 _RING_M = 20.0
+"""Radius of the roundabout (m). Ours."""
 _RING_HALF_DEG = 26.0
+"""Angle of a roundabout's node on each side of its arm (degrees). Ours."""
 _RING_ARM_M = 40.0
+"""Distance of the arms' ends from the roundabout's center (m). Ours."""
 _ROUNDABOUT = (1, 2)
 _LIT = {(1, 1), (2, 1), (3, 1), (2, 2), (2, 0), (2, 3), (0, 1), (4, 1)}
 
 
 def plan() -> Plan:
-    """The town."""
+    """Return the town."""
     nodes = [JunctionNode(_name(c, r), _X[c], _Y[r]) for r in range(4) for c in range(5) if _is_junction(c, r)]
     return Plan("grid_town", [*nodes, *_ring_nodes()], [*_ring_road(), *_rows(), *_columns(), *_roundabout()])
 
@@ -57,7 +61,7 @@ def _name(column: int, row: int) -> str:
 
 
 def _end(column: int, row: int, bearing_deg: float) -> End:
-    """The end of a street at a crossing of the grid; at the roundabout, at its node of that side."""
+    """Return the end of a street at a crossing of the grid; at the roundabout, at its node of that side."""
     if (column, row) == _ROUNDABOUT:
         return End(f"{_name(column, row)} {bearing_deg:.0f}", bearing_deg, "yield", reach_m=_RING_ARM_M - _RING_M)
     return End(_name(column, row), bearing_deg, _control(column, row, bearing_deg))
@@ -81,7 +85,7 @@ def _control(column: int, row: int, bearing_deg: float) -> Control:
 
 
 def _ring_road() -> list[PlannedStreet]:
-    """The four sides and corners, anticlockwise from the south-west."""
+    """Return the four sides and corners, counterclockwise from the south-west."""
     streets = []
     sides = [
         ("South Avenue", [(1, 0), (2, 0), (3, 0)], _EAST),
@@ -99,7 +103,7 @@ def _ring_road() -> list[PlannedStreet]:
 
 
 def _corner(bearing_deg: float) -> tuple[Pose2D, Pose2D]:
-    """Where the left bend at the end of a side begins and ends."""
+    """Return the start and the end of the left bend at the end of a side."""
     column, row = {_EAST: (4, 0), _NORTH: (4, 3), _WEST: (0, 3), _SOUTH: (0, 0)}[bearing_deg]
     corner = Pose2D(_X[column], _Y[row], math.radians(bearing_deg))
     after = Pose2D(corner.x, corner.y, math.radians(bearing_deg + 90))
@@ -153,7 +157,7 @@ def _ring_nodes() -> list[JunctionNode]:
 
 
 def _roundabout() -> list[PlannedStreet]:
-    """One street for each quarter of the ring, anticlockwise, between the nodes where the arms meet it."""
+    """Return one street for each quarter of the ring, counterclockwise, between the nodes of the arms."""
     streets = []
     for bearing_deg in (_EAST, _NORTH, _WEST, _SOUTH):
         following = (bearing_deg + 90) % 360
@@ -163,7 +167,7 @@ def _roundabout() -> list[PlannedStreet]:
 
 
 def _on_ring(bearing_deg: float, beyond_deg: float) -> End:
-    """The end of a quarter that lies this much further round (anticlockwise) than the node of an arm."""
+    """Return the end of a quarter, `beyond_deg` further around (counterclockwise) than the node of an arm."""
     half = math.radians(beyond_deg / 2)
     chord_m = 2 * _RING_M * math.sin(abs(half))
     outward_deg = bearing_deg + beyond_deg + math.copysign(90, beyond_deg)

@@ -1,9 +1,9 @@
-"""Country roads, 1500 m by 1000 m: a two-way main road round a village, with hills and bends.
+"""Country roads, 1500 m by 1000 m: a two-way main road around a village, with hills and bends.
 
 .-----E---------D----.       A to F, K  T-junctions of side roads with the main road (stop at A, C, E; yield)
-|     )         (    |       G          all-way stop
+     )         (    |       G          all-way stop
 F--x--H====M====G--x-C       H          crossroads, the village street goes first
-|     (    :    x    |       M          a lane too narrow for two cars (:) meets the village street
+     (    :    x    |       M          a lane too narrow for two cars (:) meets the village street
 `-----A----K----B----'       =          village street with parking lanes
                              ( )        winding side roads      x   level crossing
 """
@@ -18,6 +18,7 @@ from carlette.maps.reference_lines import Pose2D
 
 _EAST, _NORTH, _WEST, _SOUTH = 0.0, 90.0, 180.0, 270.0
 _REACH_M = 20.0
+"""Distance from the center of a junction to the start of its arms (m). Ours."""
 _STEMS: dict[str, Control] = {
     "A": "stop",
     "B": "yield",
@@ -30,7 +31,7 @@ _STEMS: dict[str, Control] = {
 
 
 def plan() -> Plan:
-    """The roads."""
+    """Return the roads."""
     places = {
         "A": (380.0, 0.0, 2.0),
         "B": (1100.0, 0.0, 6.0),
@@ -48,7 +49,10 @@ def plan() -> Plan:
 
 
 def _main_road() -> list[PlannedStreet]:
-    """Anticlockwise from A; between B and C, C and D, E and F, F and A it turns by 90 degrees."""
+    """Return the main road, counterclockwise from A.
+
+    It turns by 90 degrees between B and C, C and D, E and F, F and A.
+    """
     return [
         PlannedStreet("Valley Road", End("A", _EAST), End("K", _WEST), RURAL, heights=((0.5, -2.0),)),
         PlannedStreet("Valley Road", End("K", _EAST), End("B", _WEST), RURAL),
@@ -85,7 +89,7 @@ def _side_roads() -> list[PlannedStreet]:
 
 
 def _stem(node: str, bearing_deg: float) -> End:
-    """The side road's end at the main road."""
+    """Return the side road's end at the main road."""
     return End(node, bearing_deg, _STEMS[node])
 
 
@@ -94,7 +98,7 @@ def _rails(at_m: float) -> tuple[StreetCrossing, ...]:
 
 
 def _winding(x: float, south: float, swing_m: float) -> tuple[Pose2D, ...]:
-    """Northward over 500 m, out to one side and back."""
+    """Return a road northward over 500 m, out to one side and back."""
     return (
         _pose(x + swing_m * 0.5, south + 150.0, 90.0 - math.copysign(35.0, swing_m)),
         _pose(x + swing_m, south + 250.0, _NORTH),

@@ -1,8 +1,8 @@
 """A motorway: an oval of two carriageways with three lanes each, 2.1 km by 0.5 km.
 
-Beside each straight runs a collector road that leaves at an exit and comes back at an entry, twice: a fast one,
-then a slow one. On the outer carriageway an auxiliary lane joins the first entry to the second exit; all other
-entries lead straight into the rightmost lane, and all other exits out of it.
+A collector road runs along each straight. It leaves at an exit and returns at an entry, twice: a fast one, then a slow
+one. On the outer carriageway an auxiliary lane joins the first entry to the second exit. All other entries lead
+straight into the rightmost lane, and all other exits out of it. The lengths are ours.
 """
 
 from __future__ import annotations
@@ -15,21 +15,25 @@ from carlette.maps.build.sections import LANE_M, MOTORWAY, MOTORWAY_WITH_AUXILIA
 from carlette.maps.reference_lines import Pose2D
 
 _STRAIGHT_M = 1700.0
+"""Length of a straight (m)."""
 _RADIUS_M = 220.0
+"""Radius of the bends (m)."""
 _HALF_MEDIAN_M = 6.0
+"""Half width of the median (m)."""
 _EXITS_AND_ENTRIES_M = (150.0, 680.0, 1010.0, 1500.0)
-"""Where the first and second exit and entry begin, along a straight: exit, entry, exit, entry."""
+"""Positions along a straight at which its exits and entries begin (m): exit, entry, exit, entry."""
 _JOINT_M = 60.0
 """Length over which a ramp and the motorway diverge or merge (m)."""
 _RAMP_LEFT_M = 3 * LANE_M + 3.0
-"""From the motorway's reference line to a ramp's."""
+"""Distance from the motorway's reference line to a ramp's (m)."""
 _COLLECTOR_M = 34.0
+"""Distance from the motorway's reference line to a collector's (m)."""
 _CARRIAGEWAYS = ("outer", "inner")
 _SIDES = ("south", "north")
 
 
 def plan() -> Plan:
-    """The motorway."""
+    """Return the motorway."""
     nodes: list[JunctionNode] = []
     streets: list[PlannedStreet] = []
     for carriageway in _CARRIAGEWAYS:
@@ -46,12 +50,12 @@ def plan() -> Plan:
 
 
 def _order(carriageway: str) -> tuple[str, ...]:
-    """Both sides, as traffic meets them: anticlockwise on the outer carriageway."""
+    """Return both sides in the order of traffic: counterclockwise on the outer carriageway."""
     return _SIDES if carriageway == "outer" else _SIDES[::-1]
 
 
 def _start_of(carriageway: str, side: str) -> Pose2D:
-    """Where a straight begins, looking along it."""
+    """Return the start of a straight, directed along it."""
     outward = 1 if carriageway == "outer" else -1
     south = side == "south"
     y = -outward * _HALF_MEDIAN_M if south else 2 * _RADIUS_M + outward * _HALF_MEDIAN_M
@@ -78,7 +82,7 @@ def _motorway(carriageway: str, first: str, second: str, poses: dict[str, Pose2D
 
 
 def _half_circle(carriageway: str, at: Pose2D) -> tuple[Pose2D, ...]:
-    """The bend at the end of the straight that `at` lies on."""
+    """Return the bend at the end of the straight of `at`."""
     to_left = 1 if carriageway == "outer" else -1
     radius_m = _RADIUS_M + to_left * _HALF_MEDIAN_M
     eastward = math.cos(at.yaw_rad) > 0
@@ -93,7 +97,7 @@ def _half_circle(carriageway: str, at: Pose2D) -> tuple[Pose2D, ...]:
 
 
 def _collector(straight: str, first: int, section: CrossSection, poses: dict[str, Pose2D]) -> PlannedStreet:
-    """From an exit to the entry after it."""
+    """Return the road from an exit to the entry after it."""
     leave, join = f"{straight} {first}", f"{straight} {first + 1}"
     start, end = poses[leave], poses[join]
     heading_deg = math.degrees(start.yaw_rad)

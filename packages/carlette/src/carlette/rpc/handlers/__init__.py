@@ -1,4 +1,4 @@
-"""All methods; a new topic is a new file and a line here."""
+"""All methods. A new topic is a new file and a line here."""
 
 from carlette.rpc.handlers import (
     actors,

@@ -1,10 +1,10 @@
-"""Blueprints, spawning, destroying, finding actors."""
+"""Blueprints, and the spawning, destruction and lookup of actors."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from carlette.blueprints import load_catalogue
+from carlette.blueprints import load_catalog
 from carlette.blueprints.sensor_definitions import IN_THE_CLIENT
 from carlette.errors import CompletionRequestError
 from carlette.geometry import Box, Vector
@@ -18,13 +18,13 @@ from carlette.world.spawn import spawn
 methods = Methods()
 
 MOST_TEXT = 20_000
-"""Most characters of all of an actor's attributes together; a colour camera has 1,000."""
+"""Maximum number of characters of all of an actor's attributes together. Ours; a color camera has 1,000."""
 
 
 @methods.value("get_actor_definitions")
 def get_actor_definitions(session: ClientSession) -> Any:
     simulator = session.simulator
-    definitions = load_catalogue().definitions
+    definitions = load_catalog().definitions
     return [
         encode.definition(simulator.uids[definition.id], definition, simulator.version)
         for definition in definitions.values()
@@ -61,14 +61,14 @@ def spawn_actor_with_parent(
 
 
 def bring_in(session: ClientSession, description: list[Any], transform: list[Any], parent: int = 0) -> Actor:
-    """Spawn what the request describes."""
+    """Spawn the actor that a request describes."""
     type_id, attributes = description[1], encode.read_attributes(description[2], session.simulator.version)
     if sum(len(name) + len(text) for name, (_, text) in attributes.items()) > MOST_TEXT:
         raise CompletionRequestError(
             f"Spawn of '{type_id}' refused: its attributes have more than {MOST_TEXT:,} characters"
         )
     if type_id.startswith("sensor.") and type_id not in IN_THE_CLIENT:
-        # What cannot be created is refused before it exists.
+        # Reject a sensor that cannot be created before its actor exists.
         scenery = make_sensor(type_id, attributes).load(session.world)
         if scenery is not None and scenery not in session.simulator.sceneries:
             session.simulator.sceneries.append(scenery)
@@ -91,7 +91,7 @@ def destroy_actor(session: ClientSession, actor_id: int) -> bool:
 def get_actor_bounding_box(session: ClientSession, actor_id: int) -> Any:
     """Return an actor's box; for an actor that no longer exists, a box without size.
 
-    The traffic manager of 0.9.16 asks in a thread in which an error would end the client's process.
+    The traffic manager of 0.9.16 calls this in a thread in which an error would end the client's process.
     """
     actor = session.world.actors.get(actor_id)
     return encode.box(actor.box if actor else Box(Vector(), Vector()))

@@ -15,8 +15,9 @@ methods = Methods()
 
 Payload = list[Any]
 MOST_COMMANDS = 10_000
-"""Most commands in one batch: the world stops until the batch is done."""
+"""Maximum number of commands in one batch. Ours; the world stops until the batch is done."""
 SPAWN_ACTOR, DESTROY_ACTOR, VEHICLE_CONTROL, CONSOLE_COMMAND = 0, 1, 2, 20
+"""Indices of commands on the wire, as in CARLA."""
 
 
 def _destroy(session: ClientSession, actor_id: int) -> None:
@@ -50,15 +51,15 @@ COMMANDS: dict[int, Callable[..., Any]] = {
     19: motion.set_actor_location,
     21: traffic_lights.set_traffic_light_state,
 }
-"""By the command's index on the wire; each takes the actor's id first."""
+"""Functions by the command's index on the wire. Each takes the actor's id first."""
 
 
 @methods.bare("apply_batch")
 def apply_batch(session: ClientSession, commands: Sequence[Sequence[Any]], do_tick: bool = False) -> Any:
-    """Run the commands in order, and then tick once if requested; return one answer for each command."""
+    """Run the commands in order, then tick once if requested; return one answer per command."""
     number = _count(commands)
     if number > MOST_COMMANDS:
-        # One answer for each command: the client accepts nothing else.
+        # Return one answer per command: the client accepts nothing else.
         refusal = encode.failure(f"{number:,} commands in one batch; send at most {MOST_COMMANDS}")
         return [refusal] * len(commands)
     responses = [_run(session, *command[0]) for command in commands]
@@ -68,12 +69,12 @@ def apply_batch(session: ClientSession, commands: Sequence[Sequence[Any]], do_ti
 
 
 def _count(commands: Sequence[Sequence[Any]]) -> int:
-    """Count the commands, including those nested after spawns; raise `BAD_ARGUMENTS` if they are not a list."""
+    """Count the commands, including those nested in spawns; raise `BAD_ARGUMENTS` if they are not a list."""
     number, left = 0, [commands]
     while left:
         here = left.pop()
         number += len(here)
-        # Invalid commands get their own answers later.
+        # Skip invalid commands here. They get their own answers later.
         spawns = (item[0][1] for item in here if _is_spawn(item))
         left += [payload[-1] for payload in spawns if payload and isinstance(payload[-1], list)]
     return number
@@ -96,8 +97,10 @@ def _run(session: ClientSession, index: int, payload: Payload) -> Any:
         command(session, *payload)
         return encode.value(payload[0])
     except CompletionRequestError as error:
+        # The error becomes the command's answer, so that the other commands run.
         return encode.failure(str(error))
     except BAD_ARGUMENTS as error:
+        # The error becomes the command's answer, so that the other commands run.
         return encode.failure(f"command {index}: the arguments cannot be read ({error})")
 
 
@@ -106,6 +109,6 @@ def _spawn(session: ClientSession, payload: Payload) -> int:
     actor = actors.bring_in(session, description, transform, int(parent[1]) if parent[0] else 0)
     for command in after:
         index, arguments = command[0]
-        # The client could not know the id yet and left it at 0.
+        # The client did not have the id yet and left it at 0.
         _run(session, index, arguments if index in (SPAWN_ACTOR, CONSOLE_COMMAND) else [actor.id, *arguments[1:]])
     return actor.id

@@ -17,6 +17,7 @@ from carlette.world.settings import CLEAR_NOON
 methods = Methods()
 
 ANY_LABEL = 255
+"""`carla.CityObjectLabel.Any`."""
 
 
 @methods.value("get_weather_parameters")
@@ -36,7 +37,7 @@ def set_weather_parameters(session: ClientSession, weather: Sequence[float]) -> 
 
 @methods.void("update_day_night_cycle", "update_lights_state", "enable_environment_objects", "draw_debug_shape")
 def ignore_for_show(session: ClientSession, *_: Any) -> None:
-    """Ignore the call: there are no street lights, no buildings and no screen."""
+    """Ignore the call: the server has no street lights, no buildings and no screen."""
     del session
 
 
@@ -47,14 +48,14 @@ def ignore_translucency(session: ClientSession, *_: Any) -> None:
 
 @methods.value("query_lights_state", "get_names_of_all_objects", "get_environment_objects")
 def nothing_there(session: ClientSession, *_: Any) -> list[Any]:
-    """Return an empty list: there are no street lights and no scenery besides the actors."""
+    """Return an empty list: the server has no street lights and no scenery besides the actors."""
     del session
     return []
 
 
 @methods.value("get_all_level_BBs")
 def get_all_level_boxes(session: ClientSession, label: int) -> Any:
-    """Return the boxes (world frame) of the actors with this `CityObjectLabel`; in CARLA also of scenery."""
+    """Return the boxes (world frame) of the actors with this `CityObjectLabel`; CARLA also returns scenery."""
     world = session.world
     return [
         encode.box(actor.box._replace(center=pose.apply(actor.box.center), rotation=pose.rotation))

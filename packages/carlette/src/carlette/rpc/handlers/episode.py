@@ -14,7 +14,9 @@ from carlette.world.settings import EpisodeSettings
 methods = Methods()
 
 SHORTEST_STEP_S = 1e-4
+"""Shortest fixed step that a client may set (s). Ours."""
 LONGEST_STEP_S = 10.0
+"""Longest fixed step that a client may set (s). Ours."""
 
 
 @methods.value("version")
@@ -60,7 +62,7 @@ def set_episode_settings(session: ClientSession, wire: list[Any]) -> int:
     if fixed and not SHORTEST_STEP_S <= fixed <= LONGEST_STEP_S:
         bounds = f"{SHORTEST_STEP_S:g} to {LONGEST_STEP_S:g}"
         raise CompletionRequestError(f"fixed_delta_seconds is {fixed}; give {bounds} seconds, or 0 for a variable step")
-    # All other clients read what is stored here.
+    # Store valid values only: all other clients read them.
     kinds = (bool, float, int, float, bool, float, float, bool)
     others = [kind(item) for kind, item in zip(kinds, wire[3:11], strict=False)]
     if not all(map(math.isfinite, others)) or not all(abs(other) < 2**31 for other in others):

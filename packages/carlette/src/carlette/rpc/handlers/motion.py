@@ -21,9 +21,7 @@ Wire = Sequence[Any]
 
 
 def finite(wire: Wire, method: str) -> Vector:
-    """Return a vector of a request; raise `CompletionRequestError` if it is not finite, so that NaN never enters the
-    world.
-    """
+    """Return a vector of a request; raise `CompletionRequestError` if it is not finite. NaN never enters the world."""
     vector = encode.read_vector(wire)
     if not vector.is_finite():
         raise CompletionRequestError(f"{method}: the vector {tuple(vector)} is not finite; give real numbers")
@@ -136,7 +134,7 @@ def spin(session: ClientSession, actor: Actor, moment: float) -> None:
 
 
 def _let_walk_on(session: ClientSession) -> None:
-    """Let the part of a walker's motion that was not commanded decay, whatever caused it."""
+    """Let the motion of a walker that was not commanded decay, whatever its cause."""
     if len(session.world.walkers):
         session.world.walkers.take_push(session.world.bodies)
 

@@ -19,7 +19,7 @@ methods = Methods()
 def start_recorder(session: ClientSession, name: str, additional: bool = False) -> str:
     del additional  # there is nothing more to record
     stop_recorder(session)
-    return _told(lambda: _begin(session.simulator, _path(session, name)))
+    return _text_or_error(lambda: _begin(session.simulator, _path(session, name)))
 
 
 def _begin(simulator: Simulator, path: Path) -> str:
@@ -37,39 +37,39 @@ def stop_recorder(session: ClientSession) -> None:
 
 @methods.value("show_recorder_file_info")
 def show_recorder_file_info(session: ClientSession, name: str, show_all: bool = False) -> str:
-    return _told(lambda: report.file_info(read_tape(_path(session, name)), show_all))
+    return _text_or_error(lambda: report.file_info(read_tape(_path(session, name)), show_all))
 
 
 @methods.value("show_recorder_collisions")
 def show_recorder_collisions(session: ClientSession, name: str, first: Any = "a", second: Any = "a") -> str:
-    return _told(lambda: report.collisions(read_tape(_path(session, name)), _letter(first), _letter(second)))
+    return _text_or_error(lambda: report.collisions(read_tape(_path(session, name)), _letter(first), _letter(second)))
 
 
 @methods.value("show_recorder_actors_blocked")
 def show_recorder_actors_blocked(
     session: ClientSession, name: str, least_s: float = 30.0, least_m: float = 10.0
 ) -> str:
-    return _told(lambda: report.blocked(read_tape(_path(session, name)), float(least_s), float(least_m)))
+    return _text_or_error(lambda: report.blocked(read_tape(_path(session, name)), float(least_s), float(least_m)))
 
 
 @methods.value("replay_file")
 def replay_file(
     session: ClientSession, name: str, start_s: float, duration_s: float, follow_id: int, *more: Any
 ) -> str:
-    """Begin to replay a recorded file on the session's world; a replay that still runs ends.
+    """Begin to replay a recorded file in the session's world; a replay that still runs ends.
 
     Args:
         session: The client's session.
-        name: The file, as `start_recorder` was given it.
-        start_s: Where to begin (s); negative counts from the end of the recording.
-        duration_s: How much to replay (s); 0 means to the end.
+        name: The name of the file, as in `start_recorder`.
+        start_s: The start of the replay (s); a negative number counts from the end of the recording.
+        duration_s: The length of the replay (s); 0 means up to the end.
         follow_id: Recorded id of the actor that the spectator follows; 0 for none.
         *more: Further arguments of newer clients. They are ignored.
 
     Returns:
-        What is replayed, or why it cannot be, for people.
+        A text for people: what is replayed, or why the file cannot be replayed.
     """
-    del more  # whether to replay sensors, which are not recorded, and (0.9.16) from where to follow
+    del more  # whether to replay sensors, which are not recorded, and (0.9.16) the point from which to follow
     simulator = session.simulator
 
     def begin() -> str:
@@ -79,7 +79,7 @@ def replay_file(
         simulator.replay = replay
         return f"Replaying file {_path(session, name)} from {replay.time_s:g} to {replay.end_s:g} seconds"
 
-    return _told(begin)
+    return _text_or_error(begin)
 
 
 @methods.void("stop_replayer")
@@ -104,10 +104,11 @@ def set_replayer_ignore_spectator(session: ClientSession, ignore: bool) -> None:
     session.simulator.replay_options.ignores_spectator = bool(ignore)
 
 
-def _told(tell: Callable[[], str]) -> str:
+def _text_or_error(tell: Callable[[], str]) -> str:
     try:
         return tell()
     except CompletionRequestError as error:
+        # CARLA also returns the error as a text.
         return str(error)
 
 
@@ -116,5 +117,5 @@ def _path(session: ClientSession, name: str) -> Path:
 
 
 def _letter(kind: Any) -> str:
-    """A character comes as a number or as a text."""
+    """Return a character that arrives as a number or as a text."""
     return chr(kind) if isinstance(kind, int) else str(kind)

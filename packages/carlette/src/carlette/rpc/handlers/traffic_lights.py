@@ -81,7 +81,7 @@ def get_group_traffic_lights(session: ClientSession, actor_id: int) -> list[int]
 
 @methods.value("get_light_boxes")
 def get_light_boxes(session: ClientSession, actor_id: int) -> Any:
-    """Boxes of the heads in the world, as the cameras draw them, those of a second post included."""
+    """Return the boxes of the heads in the world, as the cameras draw them, including those of a second post."""
     light = session.light(actor_id, "get_light_boxes")
     pose = session.world.pose(light)
     places = [*heads(round(light.box.center.x, 1)), *_repeated(session, light.index)]

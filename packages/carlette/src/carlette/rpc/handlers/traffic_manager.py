@@ -1,4 +1,4 @@
-"""Where traffic managers listen: they run in a client's process and only register here."""
+"""Addresses of traffic managers: they run in a client's process and only register here."""
 
 from __future__ import annotations
 
@@ -11,7 +11,9 @@ from carlette.rpc.session import ClientSession
 methods = Methods()
 
 LONGEST_ADDRESS = 255
+"""Longest address of a traffic manager (characters)."""
 LAST_PORT = 65535
+"""Highest port number."""
 
 
 @methods.value("is_traffic_manager_running")
@@ -27,9 +29,10 @@ def get_traffic_manager_running(session: ClientSession, port: int) -> Any:
 
 @methods.value("add_traffic_manager_running")
 def add_traffic_manager_running(session: ClientSession, endpoint: list[Any]) -> bool:
-    """Register where a client's TrafficManager listens; False if the port is taken.
+    """Register the address of a client's TrafficManager; return False if the port is taken.
 
-    Raise `CompletionRequestError` if invalid.
+    Raises:
+        CompletionRequestError: The port or the address is not valid.
     """
     address, port = str(endpoint[0]), int(endpoint[1])
     if not 0 < port <= LAST_PORT or len(address) > LONGEST_ADDRESS:

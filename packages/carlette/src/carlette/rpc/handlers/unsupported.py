@@ -1,5 +1,6 @@
-"""Calls that need a renderer, named scenery or a ROS node: refused with a message, so that nobody waits for
-pictures.
+"""Calls that require a renderer, named scenery or a ROS node.
+
+They are rejected with a message, so that no client waits for pictures.
 """
 
 from __future__ import annotations

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from carlette.blueprints import load_catalogue
+from carlette.blueprints import load_catalog
 from carlette.errors import CompletionRequestError
 from carlette.physics.ackermann import GAINS, Ackermann
 from carlette.physics.doors import STOP_ARM
@@ -20,10 +20,12 @@ methods = Methods()
 
 Wire = Sequence[Any]
 ACKERMANN_VALUES = 5
+"""Number of values of an Ackermann command."""
 MOST_LIGHTS = 2**32 - 1
+"""Largest combination of light flags, 32 bits."""
 SCHOOL_BUS = "school"
 SPECIAL_1 = 512
-"""`carla.VehicleLightState.Special1`: the flashing lights of a school bus, which also swing out its stop arm."""
+"""`carla.VehicleLightState.Special1`: the flashing lights of a school bus. They also swing out its stop arm."""
 
 
 @methods.void("apply_control_to_vehicle")
@@ -91,7 +93,7 @@ def set_vehicle_light_state(session: ClientSession, actor_id: int, state: Wire) 
             f"set_vehicle_light_state: {flags} is not a combination of carla.VehicleLightState flags"
         )
     session.world.fleet.light_state[actor.index] = flags
-    if load_catalogue().vehicles[actor.type_id].special_type == SCHOOL_BUS:
+    if load_catalog().vehicles[actor.type_id].special_type == SCHOOL_BUS:
         session.world.doors.move(actor.row, actor.box, STOP_ARM, bool(flags & SPECIAL_1))
 
 
@@ -113,14 +115,14 @@ def close_vehicle_door(session: ClientSession, actor_id: int, door: int) -> None
 
 
 def _move_door(session: ClientSession, actor: Actor, door: int, opening: bool) -> None:
-    """Move a door. Does nothing, as in CARLA, if the vehicle's blueprint says that its doors do not move."""
-    if load_catalogue().vehicles[actor.type_id].has_doors:
+    """Move a door. As in CARLA, it does nothing if the doors of the vehicle's blueprint do not move."""
+    if load_catalog().vehicles[actor.type_id].has_doors:
         session.world.doors.move(actor.row, actor.box, door, opening)
 
 
 @methods.value("get_wheel_steer_angle")
 def get_wheel_steer_angle(session: ClientSession, actor_id: int, wheel: int) -> float:
-    """Return a wheel's angle after the steering curve (degrees); the rear wheels do not steer."""
+    """Return a wheel's angle after the steering curve (degrees). The rear wheels do not steer."""
     actor = session.vehicle(actor_id, "get_wheel_steer_angle")
     return math.degrees(wheel_angle(session.world, actor)) if wheel < 2 else 0.0
 
@@ -134,7 +136,7 @@ def get_wheel_pitch_angle(session: ClientSession, actor_id: int, wheel: int) -> 
 
 @methods.void("set_wheel_steer_direction", "set_wheel_pitch_angle")
 def show_wheel(session: ClientSession, actor_id: int, wheel: int, degrees: float) -> None:
-    del wheel, degrees  # only for show in CARLA too
+    del wheel, degrees  # CARLA, too, only shows the wheel
     session.vehicle(actor_id, "set_wheel_steer_direction")
 
 

@@ -22,7 +22,7 @@ def apply_control_to_walker(session: ClientSession, actor_id: int, control: Sequ
 
 
 def apply_walker_state(session: ClientSession, actor_id: int, transform: Sequence[Any], speed: float) -> None:
-    """Place a walker where the client's own navigation has it (a batch command)."""
+    """Put a walker where the client's own navigation has it (a batch command)."""
     actor = session.walker(actor_id, "apply_walker_state")
     pose = encode.read_pose(transform)
     if not pose.is_finite():
@@ -33,7 +33,7 @@ def apply_walker_state(session: ClientSession, actor_id: int, transform: Sequenc
 
 @methods.value("get_bones_transform")
 def get_bones_transform(session: ClientSession, actor_id: int) -> Any:
-    """Return the joints of a standing figure, or of the pose that it was given; limbs do not swing here."""
+    """Return the joints of a standing figure, or of the pose that a client set; limbs do not swing here."""
     actor = session.walker(actor_id, "get_bones_transform")
     joints = bones(session.world.pose(actor), actor.box.extent.z, actor.posed, actor.blend)
     return [[[joint.name, *map(encode.pose, (joint.world, joint.component, joint.relative))] for joint in joints]]
@@ -62,5 +62,5 @@ def blend_pose(session: ClientSession, actor_id: int, share: float) -> None:
 
 @methods.void("get_pose_from_animation")
 def get_pose_from_animation(session: ClientSession, actor_id: int) -> None:
-    """Make the walker's own pose the one to blend to."""
+    """Use the walker's own pose as the target of the blend."""
     session.walker(actor_id, "get_pose_from_animation").posed = {}

@@ -8,25 +8,27 @@ from typing import Any
 import carla
 
 from stucksolver_carla.drivers.behavior import RouteError, trace_route
-from stucksolver_eval.background_traffic.lanes import beside
+from stucksolver_eval.background_traffic.lanes import adjacent_lane
 from stucksolver_eval.scenario_context import ScenarioContext
 from stucksolver_eval.scenarios.families.vehicle_flow import Flow, run_flows
 from stucksolver_eval.scenarios.parameters import LocationParameter, NumberParameter, RangeParameter
 from stucksolver_eval.scenarios.scenario import Scenario, ScenarioError
 
 SINK_M = 2.0
+"""Distance from the end of a flow at which its cars are removed (m). As in scenario_runner."""
 MOST_LANES = 4
+"""Maximum number of lanes on one side. Ours."""
 
 
 class ActorFlow(Scenario):
-    """Base: cars flow from `start_actor_flow` to `end_actor_flow` at constant speed, whatever the hero does."""
+    """Base: cars flow from `start_actor_flow` to `end_actor_flow` at constant speed, independently of the hero."""
 
     start_at = LocationParameter("start_actor_flow", None)
     end_at = LocationParameter("end_actor_flow", None)
     flow_mps = NumberParameter("flow_speed", 10.0, "m/s")
     gaps_m = RangeParameter("source_dist_interval", (5.0, 7.0), "m")
     all_lanes = True
-    """One flow in each lane of that direction, not only in the given one."""
+    """True for one flow in each lane of that direction, not only in the specified one."""
     lane_type: Any = carla.LaneType.Driving
     prefilled = True
 
@@ -35,7 +37,7 @@ class ActorFlow(Scenario):
         return None
 
     def stage(self) -> None:
-        """Do nothing: cars that start now would be far away by the time of the trigger."""
+        """Do nothing. Cars that start now would be far away at the time of the trigger."""
 
     def script(self) -> Iterator[None]:
         self.clear_way()
@@ -85,7 +87,7 @@ class ActorFlow(Scenario):
         found = [self._line(start, end)]
         if self.all_lanes:
             for slot in [k for k in range(-MOST_LANES, MOST_LANES + 1) if k]:
-                first, second = beside(start, slot), beside(end, slot)
+                first, second = adjacent_lane(start, slot), adjacent_lane(end, slot)
                 if first is not None and second is not None:
                     found.append(self._line(first, second))
         return found

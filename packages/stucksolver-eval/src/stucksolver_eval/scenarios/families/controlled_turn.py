@@ -1,4 +1,4 @@
-"""Junctions at which only lights and signs matter."""
+"""Junctions with lights and signs only."""
 
 from __future__ import annotations
 
@@ -9,7 +9,9 @@ from stucksolver_eval.scenario_context import ScenarioContext
 from stucksolver_eval.scenarios.families.junction import JunctionScenario
 
 BEYOND_M = 10.0
+"""Distance after the junction at which the scenario ends (m)."""
 FIRST_S = 5.0
+"""Duration of the first color (s)."""
 
 
 class PlainTurn(JunctionScenario):
@@ -43,7 +45,7 @@ class LitTurn(PlainTurn):
         self.free_lights()
 
     def _lights(self) -> Iterator[None]:
-        """Script: show the hero one colour first, then the other."""
+        """Script: control the hero's light: one color first, then the other."""
         own: list[Any] = list(self.own_lights)
         self.hold_lights(green=own if self.lit == "green" else [])
         yield from self.wait(FIRST_S)

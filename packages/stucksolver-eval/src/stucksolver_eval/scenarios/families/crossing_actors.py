@@ -11,6 +11,7 @@ from stucksolver_eval.scenarios.scenario import Scenario
 
 ADULTS = tuple(f"walker.pedestrian.{number:04d}" for number in (1, 2, 3, 4, 5, 6, 7, 8))
 WALKER_LIFT_M = 0.9
+"""Height of a walker's origin above the ground at the spawn (m)."""
 BICYCLES = ("vehicle.bh.crossbike", "vehicle.diamondback.century", "vehicle.gazelle.omafiets")
 
 

@@ -18,16 +18,21 @@ if TYPE_CHECKING:
     import carla
 
 BEFORE_M = 2.0
+"""Distance of the waiting cars from the junction (m)."""
 NOSE_GAP_M = 1.5
+"""Distance of two paths below which they conflict (m)."""
 HALF_CAR_M, STEP_M = 2.0, 2.0
 """Half the length of the shortest cars, and the spacing of a path's points."""
 STANDS_S = 4.0
+"""Time that the hero must be stopped before it creeps (s)."""
 CREPT_M = 0.5
+"""Distance that the hero must creep (m)."""
 STANDING_MPS = 0.1
+"""Speed below which the hero counts as stopped (m/s)."""
 
 
 def hero_creeps(scenario: Scenario, until_s: float) -> Iterator[None]:
-    """Script: wait until the hero has stood for 4 s and then moved 0.5 m, or reaches arc length `until_s` (m)."""
+    """Script: wait until the hero was stopped for 4 s and then moved 0.5 m, or reaches arc length `until_s` (m)."""
     stood_since_s, from_s = None, 0.0
     while scenario.setting.hero_s_m < until_s:
         if stood_since_s is None and scenario.hero.speed_mps < STANDING_MPS:
@@ -40,10 +45,12 @@ def hero_creeps(scenario: Scenario, until_s: float) -> Iterator[None]:
 
 
 class Deadlock(JunctionScenario):
-    """Base: cars stand on the junction's other roads; the nose of the one from the right blocks the hero's path."""
+    """Base: cars wait on the junction's other roads; the nose of the one from the right blocks the hero's path."""
 
     timeout_s = None
-    starts = "the others stand from the trigger on; they go once the hero has stood for 4 s and then crept half a metre"
+    starts = (
+        "the others wait from the trigger on; they go when the hero was stopped for 4 s and then crept half a meter"
+    )
     needs_map = "a junction on the route with a road from the right that crosses the hero's path"
 
     def needs(self, setting: ScenarioContext) -> str | None:
@@ -54,14 +61,14 @@ class Deadlock(JunctionScenario):
 
     @cached_property
     def noser(self) -> carla.Waypoint | None:
-        """The entry on the right whose path meets the hero's, or None."""
+        """The entry on the right whose path conflicts with the hero's, or None."""
         nearest = min(self.entries_from("right"), key=lambda entry: self._apart(self._line(entry)).min(), default=None)
         meets = nearest is not None and self._apart(self._line(nearest)).min() < NOSE_GAP_M
         return nearest if meets else None
 
     def script(self) -> Iterator[None]:
         others = [entries[0] for side in ("left", "opposite") if (entries := self.entries_from(side))]
-        assert self.noser is not None, "needs() was asked"
+        assert self.noser is not None, "needs() was called"
         sides = [self.noser, *others]
         self.traffic.handle_junction_scenario(remove_entries=sides)
         cars = [self._wait_at(entry, with_nose=entry is self.noser) for entry in sides]
@@ -72,7 +79,7 @@ class Deadlock(JunctionScenario):
         yield from self.until_passed(self.exit_s + 10.0)
 
     def _wait_at(self, entry: carla.Waypoint, with_nose: bool) -> Car:
-        """Spawn a car that stands before the junction, or with its nose in the hero's path."""
+        """Spawn a car that is stopped before the junction, or with its nose in the hero's path."""
         line = self._line(entry)
         if with_nose:
             reaches = int(np.argmax(self._apart(line) < NOSE_GAP_M))

@@ -86,9 +86,9 @@ class JunctionScenario(Scenario):
 
         Args:
             entry: The last waypoint before the junction.
-            before_m: The path starts this far before the entry.
-            after_m: It ends this far after the junction.
-            ways: `ways(entry, first)` rates the lane of the junction that starts at `first`; the lowest is taken.
+            before_m: Distance before the entry at which the path starts.
+            after_m: Distance after the junction at which the path ends.
+            ways: `ways(entry, first)` rates the lane of the junction that starts at `first`. The lowest rating wins.
         """
         start = upstream(entry, before_m)
         distance = start.transform.location.distance(entry.transform.location)
@@ -104,7 +104,7 @@ class JunctionScenario(Scenario):
             line.append(after[0])
         return line + run_of_lane(line[-1], after_m)[1:]
 
-    # Traffic lights.
+    # Traffic lights
 
     @cached_property
     def lights(self) -> list[carla.TrafficLight]:
@@ -112,7 +112,7 @@ class JunctionScenario(Scenario):
         return list(self.setting.world.get_traffic_lights_in_junction(self.junction.number))
 
     def lights_of(self, roads: set[int]) -> list[carla.TrafficLight]:
-        """Return the lights that stop one of these roads, given by ids of roads outside or inside the junction."""
+        """Return the lights that stop one of these roads. The ids are those of roads outside or inside the junction."""
         return [light for light in self.lights if any(w.road_id in roads for w in light.get_stop_waypoints())]
 
     @cached_property
@@ -149,7 +149,7 @@ def straight_way(entry: carla.Waypoint, first: carla.Waypoint) -> float:
 
 
 def way_to(road_id: int, lane_id: int | None = None) -> Callable[[carla.Waypoint, carla.Waypoint], float]:
-    """Return a rating of lanes through a junction; those that lead to this road, and lane if given, are best."""
+    """Return a rating of lanes through a junction. The best ones lead to this road, and to `lane_id` if it is set."""
 
     def rate(entry: carla.Waypoint, first: carla.Waypoint) -> float:
         here = first
@@ -165,7 +165,7 @@ def way_to(road_id: int, lane_id: int | None = None) -> Callable[[carla.Waypoint
 
 
 def _comes_from(entry: carla.Waypoint, other: carla.Waypoint) -> str:
-    """Return the side from which another entry's traffic comes, seen from ours."""
+    """Return the side from which another entry's traffic comes, relative to `entry`."""
     angle = turn_deg(entry, other)
     if abs(angle) > 135.0:
         return "opposite"

@@ -1,4 +1,4 @@
-"""Places relative to a lane, as `carla.Transform`s and `carla.Waypoint`s."""
+"""Positions relative to a lane, as `carla.Transform`s and `carla.Waypoint`s."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ import math
 import carla
 
 MOST_LANES = 8
+"""Maximum number of lanes on one side. Ours."""
 
 
-def beside(
+def offset_pose(
     waypoint: carla.Waypoint, right_m: float = 0.0, ahead_m: float = 0.0, up_m: float = 0.0, turn_deg: float = 0.0
 ) -> carla.Transform:
     """Return a transform offset from a waypoint to the right, ahead and up (m), and turned clockwise (degrees)."""
@@ -34,7 +35,7 @@ def lane_of(waypoint: carla.Waypoint, kind: carla.LaneType, direction: str = "ri
             return None
         if there.lane_type == kind:
             return there
-        # On the other side of the road's centre, left and right are swapped.
+        # Left and right are swapped on the other side of the road's center.
         if direction == "left" and there.lane_id * here.lane_id < 0:
             return lane_of(there, kind, "right")
         here = there

@@ -1,4 +1,4 @@
-"""Obstacles in the hero's lane: base classes of all obstacle scenarios, and the way past."""
+"""Obstacles in the hero's lane: base classes of all obstacle scenarios, and the path past them."""
 
 from __future__ import annotations
 
@@ -12,25 +12,28 @@ from stucksolver_eval.actors import Car, ScenarioActor
 from stucksolver_eval.actors.actor_pool import HAZARD_LAMPS, lamps
 from stucksolver_eval.background_traffic.lanes import oncoming_lanes
 from stucksolver_eval.scenario_context import ScenarioContext
-from stucksolver_eval.scenarios.families.lane_places import beside, run_of_lane, side_driving_lane, upstream
+from stucksolver_eval.scenarios.families.lane_places import offset_pose, run_of_lane, side_driving_lane, upstream
 from stucksolver_eval.scenarios.families.vehicle_flow import Flow
 from stucksolver_eval.scenarios.parameters import ChoiceParameter, NumberParameter, RangeParameter
 from stucksolver_eval.scenarios.scenario import Scenario
 
 PAST_M = 50.0
+"""Distance beyond the obstacle at which the hero has passed it (m). As in scenario_runner."""
 ROOM_BEYOND_M = 20.0
+"""Length of road without cars beyond the obstacle (m). Ours."""
 
 
 class Obstacle(Scenario):
-    """Base: `put` places the obstacle; the way past is the adjacent lane, where traffic drives at `speed` at most."""
+    """Base: the path past the obstacle is the adjacent lane, with traffic at `speed` at most."""
 
     needs_map = "a second driving lane next to the hero's"
     distance_m = NumberParameter("distance", 120.0, "m")
     direction = ChoiceParameter("direction", "right", options=("left", "right"))
     speed_kmh = NumberParameter("speed", 60.0, "km/h")
     watch_m: ClassVar[float] = 50.0
-    """Traffic in the adjacent lane changes `settle_s` after the hero has come this near."""
+    """Distance of the hero at which traffic in the adjacent lane changes, after `settle_s` (m)."""
     settle_s: ClassVar[float] = 5.0
+    """Time from then to the change (s)."""
     _first_m = 0.0
     _last_m = 0.0
 
@@ -41,11 +44,11 @@ class Obstacle(Scenario):
         return None
 
     @abstractmethod
-    def put(self) -> tuple[float, float]:
-        """Place the obstacle. Returns where it starts and ends (m beyond the trigger)."""
+    def place_obstacle(self) -> tuple[float, float]:
+        """Place the obstacle. Returns its start and its end (m beyond the trigger)."""
 
     def stage(self) -> None:
-        self._first_m, self._last_m = self.put()
+        self._first_m, self._last_m = self.place_obstacle()
 
     def script(self) -> Iterator[None]:
         self.clear_lane()
@@ -64,7 +67,7 @@ class Obstacle(Scenario):
         yield from self.until_passed(end_s)
         self.traffic.set_max_speed(None)
 
-    # What subclasses place.
+    # ---- placing objects in subclasses
 
     @property
     def sign(self) -> float:
@@ -72,16 +75,16 @@ class Obstacle(Scenario):
         return 1.0 if self.direction == "right" else -1.0
 
     def park(self, blueprint: str, distance_m: float, offset: float, **options: Any) -> ScenarioActor:
-        """Spawn a vehicle with the hand brake on. `offset` from the lane's centre is a share of half the lane width."""
+        """Spawn a vehicle with the hand brake on. `offset` from the lane's center is a share of half the lane width."""
         waypoint = self.ahead(distance_m)
         shift_m = self.sign * offset * waypoint.lane_width / 2.0
-        member = self.cast.must_spawn(blueprint, beside(waypoint, shift_m), **options)
+        member = self.cast.must_spawn(blueprint, offset_pose(waypoint, shift_m), **options)
         self.cast.hold(member)
         return member
 
     def prop(self, blueprint: str, distance_m: float, right_m: float, turn_deg: float = 0.0) -> ScenarioActor:
-        """Spawn a prop `right_m` from the lane's centre towards the obstacle's side."""
-        place = beside(self.ahead(distance_m), self.sign * right_m, turn_deg=turn_deg)
+        """Spawn a prop `right_m` from the lane's center toward the obstacle's side."""
+        place = offset_pose(self.ahead(distance_m), self.sign * right_m, turn_deg=turn_deg)
         return self.cast.must_spawn(blueprint, place, lift_m=0.0, role="scenario")
 
     def new_car(self) -> str:
@@ -99,7 +102,7 @@ class Obstacle(Scenario):
 
 
 class TwoWayObstacle(Obstacle):
-    """Base: the way past is the oncoming lane, in gaps of a flow that the scenario controls."""
+    """Base: the path past the obstacle is the oncoming lane, in gaps of a flow that the scenario controls."""
 
     needs_map = "an oncoming lane next to the hero's"
     gaps_m = RangeParameter("frequency", (20.0, 100.0), "m")
@@ -140,10 +143,10 @@ def oncoming_flow(
     constant: bool = False,
     least_reach_m: float = 0.0,
 ) -> Flow:
-    """Create a flow in the oncoming lane at the hero's speed limit, around a place `distance_m` beyond the trigger.
+    """Create a flow in the oncoming lane at the hero's speed limit, around a position `distance_m` beyond the trigger.
 
-    There must be an oncoming lane at the place. The flow starts and ends as far from it as in the public benchmark, but
-    at least `least_reach_m`.
+    There must be an oncoming lane at the position. The flow starts and ends at the distance of the public benchmark,
+    but at least at `least_reach_m`.
     """
     limit = scenario.limit_mps
     reach_m = max(1.5 * 3.6 * limit + 30.0, least_reach_m)
@@ -165,8 +168,8 @@ class ConstructionSite(Obstacle):
     _CONES = ((-9.0, 1.0), (-6.0, 0.35), (-3.0, -0.3), (0.0, -0.95))
     _LENGTH_M = 12.0
 
-    def put(self) -> tuple[float, float]:
-        """Stage everything below the ground; `clear_lane` brings it up."""
+    def place_obstacle(self) -> tuple[float, float]:
+        """Stage all parts below the ground. `clear_lane` brings them up."""
         self.prop("static.prop.warningconstruction", 0.0, self.ahead(0.0).lane_width / 2.0 + 0.8, turn_deg=180.0)
         self._parts: list[tuple[ScenarioActor, Any]] = []
         half_m = self.ahead(self.distance_m).lane_width / 2.0
@@ -192,14 +195,14 @@ class ConstructionSite(Obstacle):
         self.traffic.readd_road_lane(self.ahead(self.distance_m))
 
     def _keep(self, blueprint: str, along_m: float, right_m: float, turn_deg: float) -> None:
-        place = beside(self.ahead(self.distance_m + along_m), self.sign * right_m, turn_deg=turn_deg)
+        place = offset_pose(self.ahead(self.distance_m + along_m), self.sign * right_m, turn_deg=turn_deg)
         self._parts.append((self.cast.keep_below(blueprint), place))
 
 
 class SlowBicycles(Obstacle):
     """Base: two bicycles at the edge of the lane, 9 m apart, that ride slowly and then stop."""
 
-    simplified = "the bicycles hold their speed whatever is in their way"
+    simplified = "the bicycles hold their speed in spite of objects in their path"
 
     needs_map = "a second driving lane next to the hero's"
     distance_m = NumberParameter("distance", 100.0, "m")
@@ -209,7 +212,7 @@ class SlowBicycles(Obstacle):
     _APART_M = 9.0
     _OFFSET = 0.55
 
-    def put(self) -> tuple[float, float]:
+    def place_obstacle(self) -> tuple[float, float]:
         self._bicycles = [
             self.park(self.blueprints[k % 2], self.distance_m + k * self._APART_M, self._OFFSET) for k in range(2)
         ]
@@ -228,7 +231,7 @@ class SlowBicycles(Obstacle):
         self.end_way_past()
 
     def _is_past(self, rider: Car) -> bool:
-        """Return True if the hero is 50 m past a rider, or at the end of its route."""
+        """Return True if the hero is 50 m beyond a rider, or at the end of its route."""
         route, state = self.setting.route, self.cast.state(rider.member)
         near = route.index_at(self.setting.hero_s_m)
         rider_s = float(route.s_m[route.project(carla.Location(state.x, state.y, state.z), near)])

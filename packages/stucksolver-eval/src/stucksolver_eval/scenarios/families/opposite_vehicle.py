@@ -16,12 +16,18 @@ if TYPE_CHECKING:
     import carla
 
 SPEED_MPS = 60.0 / 3.6
+"""Speed of the vehicle (m/s)."""
 UPSTREAM_M = 60.0
+"""Length of its path before the junction (m)."""
 SINK_M = 10.0
+"""Length of its path after the junction (m)."""
 SYNC_S = 2.2
+"""Time of the hero to the conflict point at which the vehicle appears (s)."""
 NEAR_M = 12.0
+"""Distance of the hero to the conflict point at which the vehicle appears (m)."""
 LEAD_M = SPEED_MPS * SYNC_S
 TOGETHER_M = 2.0
+"""Distance of two paths below which they conflict (m). Ours."""
 Array = NDArray[np.float64]
 
 
@@ -65,7 +71,7 @@ class OppositeVehicle(JunctionScenario):
         self.free_lights()
 
     def _cross_s(self) -> float:
-        """Return the arc length at which the paths meet or come nearest (m)."""
+        """Return the arc length at which the paths meet, or have the smallest distance (m)."""
         first, apart = self._apart(self._line)
         return float(self.setting.route.s_m[first + _first_near(apart.min(axis=1))])
 

@@ -1,4 +1,9 @@
-"""Base classes of our own stuck situations. Each type states what is right and which criteria it suspends."""
+"""Base classes of the additional immobilizing situations.
+
+Each type states the right action and the criteria it suspends.
+
+Their numbers are ours.
+"""
 
 from __future__ import annotations
 
@@ -10,28 +15,35 @@ from stucksolver_eval.actors.actor_pool import HAZARD_LAMPS, lamps
 from stucksolver_eval.scenario_context import ScenarioContext
 from stucksolver_eval.scenarios.families.crossing_actors import WALKER_LIFT_M
 from stucksolver_eval.scenarios.families.junction import JunctionScenario
-from stucksolver_eval.scenarios.families.lane_places import beside
+from stucksolver_eval.scenarios.families.lane_places import offset_pose
 from stucksolver_eval.scenarios.families.obstacle import oncoming_flow
 from stucksolver_eval.scenarios.parameters import NumberParameter
 from stucksolver_eval.scenarios.scenario import Scenario
 
 PASSABLE_M = (180.0, 360.0)
-"""Range of distances between oncoming cars that includes gaps long enough for a pass."""
+"""Range of distances between oncoming cars (m). It includes gaps long enough for a pass."""
 FAR_M = 160.0
-"""Oncoming cars start this far away: farther than the sight that a pass needs."""
+"""Distance at which oncoming cars start (m). It exceeds the sight distance for a pass."""
 NEAR_M, QUEUE_M, STANDING_MPS = 25.0, 60.0, 0.1
-"""The hero has arrived within `NEAR_M`; or within `QUEUE_M` of a light, if it stands in the queue before it."""
+"""Distances at which the hero has arrived (m), also in the queue before a light, and its speed when stopped (m/s).
+
+The hero has arrived within `NEAR_M`, or when stopped within `QUEUE_M` of a light.
+"""
 PAST_M = 25.0
+"""Distance beyond the situation at which the hero has passed it (m)."""
 
 
 class StuckScenario(Scenario):
-    """Base: a situation `distance` beyond the trigger, which ends once the hero has passed it."""
+    """Base: a situation `distance` beyond the trigger. It ends when the hero has passed it."""
 
     timeout_s = None
     starts = "present from the start"
     distance_m = NumberParameter("distance", 42.0, "m")
     oncoming_gaps_m: ClassVar[tuple[float, float] | None] = None
-    """Range of distances between oncoming cars if the way past is their lane; None leaves them to the background."""
+    """Range of distances between oncoming cars if the path past is their lane (m).
+
+    With None the background controls them.
+    """
 
     def script(self) -> Iterator[None]:
         self.traffic.leave_space_in_front(self.distance_m + 40.0)
@@ -54,7 +66,7 @@ class StuckScenario(Scenario):
         self.traffic.change_opposite_behavior(active=True)
 
     def situation(self) -> Iterator[None]:
-        """Script: what happens from the trigger until the road is free again, if it ever is."""
+        """Script: the events from the trigger until the road is free again, if it ever is."""
         yield
 
     def hero_near(self) -> Iterator[None]:
@@ -62,11 +74,11 @@ class StuckScenario(Scenario):
         place_s = self.s_at(self.distance_m)
         yield from self.until(lambda: self.gap_m(place_s) < NEAR_M)
 
-    def put(
+    def spawn_at(
         self, blueprint: str, ahead_m: float = 0.0, right_m: float = 0.0, turn_deg: float = 0.0, **options: Any
     ) -> ScenarioActor:
-        """Spawn an actor `ahead_m` beyond `distance` and `right_m` from the lane's centre; vehicles are parked."""
-        place = beside(self.ahead(self.distance_m + ahead_m), right_m, turn_deg=turn_deg)
+        """Spawn an actor `ahead_m` beyond `distance` and `right_m` from the lane's center. Vehicles are parked."""
+        place = offset_pose(self.ahead(self.distance_m + ahead_m), right_m, turn_deg=turn_deg)
         lift_m = WALKER_LIFT_M if blueprint.startswith("walker.") else 0.0 if "static." in blueprint else 0.3
         member = self.cast.must_spawn(blueprint, place, lift_m=lift_m, **options)
         if blueprint.startswith("vehicle."):
@@ -74,8 +86,8 @@ class StuckScenario(Scenario):
         return member
 
     def put_disabled(self, blueprint: str, ahead_m: float = 0.0, right_m: float = 0.0) -> ScenarioActor:
-        """Spawn a standing vehicle with its hazard lights on."""
-        member = self.put(blueprint, ahead_m, right_m)
+        """Spawn a stopped vehicle with its hazard lights on."""
+        member = self.spawn_at(blueprint, ahead_m, right_m)
         self.cast.lights(member, lamps(*HAZARD_LAMPS))
         return member
 
@@ -87,6 +99,7 @@ class StuckAtLight(JunctionScenario):
     starts = "from the trigger on"
     needs_map = "a junction on the route whose lights stop the hero"
     lasts_s: ClassVar[float] = 30.0
+    """Duration of the situation (s)."""
 
     def needs(self, setting: ScenarioContext) -> str | None:
         missing = super().needs(setting)
@@ -104,7 +117,7 @@ class StuckAtLight(JunctionScenario):
         yield
 
     def hero_near(self) -> Iterator[None]:
-        """Script: wait until the hero has reached the junction, or stands in the queue before it."""
+        """Script: wait until the hero has reached the junction, or is stopped in the queue before it."""
 
         def near() -> bool:
             return self.gap_m(self.entry_s) < (QUEUE_M if self.hero.speed_mps < STANDING_MPS else NEAR_M)

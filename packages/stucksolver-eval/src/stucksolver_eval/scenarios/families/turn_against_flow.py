@@ -15,10 +15,11 @@ if TYPE_CHECKING:
     import carla
 
 RED_S = 5.0
+"""Duration of the hero's red light (s)."""
 
 
 class TurnAgainstFlow(JunctionScenario):
-    """Base: a flow of cars at constant speed through the junction; if there are lights, the hero's is red at first."""
+    """Base: a flow of cars at constant speed through the junction. If there are lights, the hero's is red at first."""
 
     flow_mps = NumberParameter("flow_speed", 10.0, "m/s")
     gaps_m = RangeParameter("source_dist_interval", (5.0, 7.0), "m")
@@ -26,6 +27,7 @@ class TurnAgainstFlow(JunctionScenario):
     source_s: ClassVar[float] = 4.0
     """Distance of the source before the junction, in seconds at the flow's speed."""
     sink_s: ClassVar[float] = 2.5
+    """Distance of the flow's end after the junction, in seconds at the flow's speed."""
     comes_from: ClassVar[str] = "opposite"
     wanted_turn: ClassVar[str] = "left"
     prefilled: ClassVar[bool] = False
@@ -44,7 +46,7 @@ class TurnAgainstFlow(JunctionScenario):
     def flow_entries(self) -> list[Any]:
         """Return the last waypoints before the junction on the flow's lanes."""
 
-    def ways(self, entry: carla.Waypoint) -> Any:
+    def lane_rating(self, entry: carla.Waypoint) -> Any:
         """Return the rating of the flow's lanes through the junction; see `JunctionScenario.approach`."""
         return straight_way
 
@@ -74,7 +76,7 @@ class TurnAgainstFlow(JunctionScenario):
 
     def _flow(self, entry: carla.Waypoint) -> Flow:
         speed = self.flow_mps
-        line = self.approach(entry, self.source_s * speed, self.sink_s * speed, self.ways(entry))
+        line = self.approach(entry, self.source_s * speed, self.sink_s * speed, self.lane_rating(entry))
         return Flow(self, line, speed, self.gaps_m)
 
 
@@ -103,7 +105,7 @@ class RightTurn(TurnAgainstFlow):
         into = way_to(self.exit.road_id)
         return [entry for entry in self.entries_from("left") if _leads(entry, into)]
 
-    def ways(self, entry: carla.Waypoint) -> Any:
+    def lane_rating(self, entry: carla.Waypoint) -> Any:
         return way_to(self.exit.road_id, self.exit.lane_id)
 
 
@@ -116,7 +118,7 @@ class LeftTurnEnterFlow(TurnAgainstFlow):
         into = way_to(self.exit.road_id)
         return [entry for entry in self.entries_from("opposite") if _leads(entry, into)]
 
-    def ways(self, entry: carla.Waypoint) -> Any:
+    def lane_rating(self, entry: carla.Waypoint) -> Any:
         return way_to(self.exit.road_id, self.exit.lane_id)
 
 

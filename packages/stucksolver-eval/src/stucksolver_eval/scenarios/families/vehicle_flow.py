@@ -12,19 +12,20 @@ if TYPE_CHECKING:
     import carla
 
 MOST = 14
+"""Maximum number of vehicles of a flow. Ours."""
 
 
 class Flow:
-    """Vehicles along a path; `tick` spawns and removes them.
+    """Vehicles along a path. `tick` spawns and removes them.
 
     Args:
         scenario: The scenario that owns the flow.
         line: Waypoints of the path.
         speed_mps: Speed of the vehicles.
         spacing_m: Range from which each distance between two vehicles is drawn.
-        constant: Vehicles hold their speed, like CARLA's actor flows, until one has touched the hero; otherwise they
+        constant: Vehicles hold their speed, like CARLA's actor flows, until one has touched the hero. Otherwise they
             brake for vehicles ahead.
-        offset_m: Offset of the path to the right of the lane's centre.
+        offset_m: Offset of the path to the right of the lane's center.
         kinds: Blueprints to draw from; ordinary cars if empty.
         most: Largest number of vehicles at a time.
     """
@@ -64,7 +65,7 @@ class Flow:
                     wanted_m = places[index][0] - self._draw()
 
     def tick(self) -> None:
-        """Remove vehicles that have arrived, and spawn the next one if there is room."""
+        """Remove vehicles that have arrived, and spawn the next one if there is space."""
         if any(car.hit_hero for car in self.cars):
             self.relax()
         gone = [car for car in self.cars if car.done]
@@ -82,7 +83,7 @@ class Flow:
                 self._scenario.cars.relax(car)
 
     def let_in(self) -> None:
-        """Make vehicles behind the hero brake for it from now on; the others drive on and leave it a gap."""
+        """Make vehicles behind the hero brake for it from now on. The others drive on and leave it a gap."""
         if self._constant:
             self._constant = False
             cast = self._scenario.cast

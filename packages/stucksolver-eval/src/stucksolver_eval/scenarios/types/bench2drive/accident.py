@@ -13,8 +13,11 @@ from stucksolver_eval.sites.suite_placement import SuitePlacement
 POLICE = "vehicle.dodge.charger_police_2020"
 SIGN = "static.prop.warningaccident"
 OFFSET = 0.6
+"""Lateral offset of the cars, as a share of half the lane width."""
 POLICE_GAP_M = 10.0
+"""Distance between the warning sign and the police car (m)."""
 CARS_GAP_M = 6.0
+"""Distance between the cars (m)."""
 
 
 class AccidentScene(Obstacle):
@@ -22,7 +25,7 @@ class AccidentScene(Obstacle):
 
     blueprints = (POLICE, SIGN)
 
-    def put(self) -> tuple[float, float]:
+    def place_obstacle(self) -> tuple[float, float]:
         self.prop(SIGN, 0.0, self.ahead(0.0).lane_width / 2.0 + 0.8, turn_deg=180.0)
         police = self.park(POLICE, self.distance_m, OFFSET)
         self.cast.lights(police, lamps("Special1", "Special2", "Position"))

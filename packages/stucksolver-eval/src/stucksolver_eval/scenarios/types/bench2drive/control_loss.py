@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import carla
 
-from stucksolver_eval.scenarios.families.lane_places import beside
+from stucksolver_eval.scenarios.families.lane_places import offset_pose
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.scenarios.scenario import Scenario
 from stucksolver_eval.sites.lane_requirements import any_lane
@@ -14,16 +14,21 @@ from stucksolver_eval.sites.lane_sites import LaneSites
 from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 DEBRIS_M = (14.0, 48.0, 74.0)
+"""Distances of the patches of debris beyond the trigger (m)."""
 REACH_M = 2.0
+"""Radius of a patch (m)."""
 THROTTLE, THROTTLE_SIGMA = 0.03, 0.01
+"""Mean and standard deviation of the disturbance of the throttle."""
 STEER, STEER_SIGMA = 0.055, 0.015
+"""Mean and standard deviation of the disturbance of the steering."""
 ENDS_M = 110.0
+"""Distance beyond the trigger at which the scenario ends (m)."""
 DEBRIS = "static.prop.dirtdebris01"
 
 
 @scenario
 class ControlLoss(Scenario):
-    """Debris on the road disturbs the hero's throttle and steering wherever it drives over it."""
+    """Debris on the road disturbs the hero's throttle and steering on contact."""
 
     type = "ControlLoss"
     placed = SuitePlacement("bench220", 1050, LaneSites(any_lane, 125, direct=False))
@@ -35,7 +40,7 @@ class ControlLoss(Scenario):
     def stage(self) -> None:
         self._patches = []
         for distance_m in DEBRIS_M:
-            place = beside(self.ahead(distance_m))
+            place = offset_pose(self.ahead(distance_m))
             self._patches.append(self.cast.must_spawn(DEBRIS, place, lift_m=0.0))
         self._signs = [(self.random.choice((-1, 1)), self.random.choice((-1, 1))) for _ in DEBRIS_M]
 

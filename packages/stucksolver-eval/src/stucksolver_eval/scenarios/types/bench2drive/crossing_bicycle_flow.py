@@ -18,8 +18,11 @@ from stucksolver_eval.sites.parameter_draws import flow_values
 from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 RED_S = 5.0
+"""Duration of the hero's red light (s)."""
 LOOK_M = 200.0
+"""Length of bicycle lane that is searched (m)."""
 BEYOND_M = 40.0
+"""Length of the flow beyond the junction (m)."""
 
 
 @scenario
@@ -60,7 +63,7 @@ class CrossingBicycleFlow(ActorFlow, JunctionScenario):
         self.free_lights()
 
     def _traced(self) -> list[list[Any]]:
-        """Return the lane up to `end_actor_flow`, or if that is missing, straight on to 40 m beyond the junction."""
+        """Return the lane up to `end_actor_flow`, or without it straight on to 40 m beyond the junction."""
         if self.end_at is not None:
             return super()._traced()
         line = run_of_lane(self._waypoint("start_actor_flow", self.start_at), LOOK_M)

@@ -8,7 +8,7 @@ import carla
 
 from stucksolver_eval.scenario_context import ScenarioContext
 from stucksolver_eval.scenarios.families.crossing_actors import ADULTS, WALKER_LIFT_M, walk_for
-from stucksolver_eval.scenarios.families.lane_places import beside, edge_m, lane_of
+from stucksolver_eval.scenarios.families.lane_places import edge_m, lane_of, offset_pose
 from stucksolver_eval.scenarios.parameters import ChoiceParameter, NumberParameter, TextParameter
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.scenarios.scenario import Scenario
@@ -18,11 +18,17 @@ from stucksolver_eval.sites.parameter_draws import BLOCKERS, ON_THE_RIGHT, Integ
 from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 WALK_MPS = 2.0
+"""Speed of the pedestrian (m/s)."""
 SYNC_S = 2.1
+"""Time of the hero to the crossing at which the pedestrian starts (s)."""
 SYNC_PER_DEG_S = 0.1 / 5.0
+"""Addition to this time per degree of the crossing angle (s)."""
 NEAR_M = 6.0
+"""Distance of the hero at which the pedestrian starts in any case (m)."""
 BEHIND_M = 0.8
-KERB_M = 0.2
+"""Distance of the pedestrian behind the object (m)."""
+CURB_M = 0.2
+"""Distance of the object from the curb (m)."""
 
 
 @scenario
@@ -66,19 +72,19 @@ class DynamicObjectCrossing(Scenario):
         lane = self.ahead(self.distance_m)
         sign = 1.0 if self.direction == "right" else -1.0
         blocker = self.cast.keep_below(self.blocker)
-        self._offset_m = edge_m(lane, self.direction) + blocker.half_width_m + KERB_M
-        self.cast.bring(blocker, beside(lane, sign * self._offset_m), lift_m=0.0)
+        self._offset_m = edge_m(lane, self.direction) + blocker.half_width_m + CURB_M
+        self.cast.bring(blocker, offset_pose(lane, sign * self._offset_m), lift_m=0.0)
         ahead_m = blocker.half_length_m + BEHIND_M
-        # Facing the road, turned towards the hero by the angle.
+        # The walker faces the road, turned toward the hero by the angle.
         turn_deg = -sign * (90.0 + self.angle_deg)
-        place = beside(lane, sign * self._offset_m, ahead_m, turn_deg=turn_deg)
+        place = offset_pose(lane, sign * self._offset_m, ahead_m, turn_deg=turn_deg)
         walker = self.cast.must_spawn(self.random.choice(ADULTS), place, lift_m=WALKER_LIFT_M)
         self._parts = [blocker, walker]
         self._yaw_deg = place.rotation.yaw
         self._place_s = self.s_at(self.distance_m) + ahead_m
 
     def script(self) -> Iterator[None]:
-        # Keep oncoming traffic from hitting the walker.
+        # Oncoming traffic must not hit the walker.
         place = self.ahead(self.distance_m).transform.location
         self.traffic.leave_crossing_space(place.x, place.y)
         sync_s = SYNC_S + SYNC_PER_DEG_S * self.angle_deg

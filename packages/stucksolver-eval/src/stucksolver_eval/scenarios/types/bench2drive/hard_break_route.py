@@ -12,16 +12,18 @@ from stucksolver_eval.sites.lane_sites import LaneSites
 from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 STOPS_S = 10.0
+"""Duration of the stop (s)."""
 ENDS_M = 15.0
+"""Distance beyond the stop at which the scenario ends (m)."""
 
 
 @scenario
 class HardBreakRoute(Scenario):
-    """All cars ahead brake hard, stand for ten seconds, and continue."""
+    """All cars ahead brake hard, are stopped for ten seconds, and continue."""
 
     type = "HardBreakRoute"
     placed = SuitePlacement("bench220", 1090, LaneSites(any_lane, 125))
-    driver_alone = "completed: stands 13 s"
+    driver_alone = "completed: is stopped for 13 s"
     timeout_s = None
     starts = "the cars brake at the trigger"
 

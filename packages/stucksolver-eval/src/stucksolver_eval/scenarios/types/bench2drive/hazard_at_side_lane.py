@@ -27,5 +27,5 @@ class HazardAtSideLane(SlowBicycles):
         },
         only_in="grid_town",
     )
-    driver_alone = "stuck behind the bicycles once they stop"
+    driver_alone = "stuck behind the bicycles when they stop"
     starts = "the bicycles start at the trigger"

@@ -28,10 +28,10 @@ class HazardAtSideLaneTwoWays(SlowBicycles):
             "bicycle_speed": IntegerDraw(7, 11),
         },
     )
-    driver_alone = "stuck behind the bicycles once they stop"
+    driver_alone = "stuck behind the bicycles when they stop"
     starts = "the bicycles start at the trigger"
     needs_map = TwoWayObstacle.needs_map
-    # As in the public benchmark, which never switches it on again.
+    # The public benchmark never switches it on again.
     keeps_suspended = frozenset({"wrong_lane"})
     oncoming_gap_m = NumberParameter("frequency", 100.0, "m")
 

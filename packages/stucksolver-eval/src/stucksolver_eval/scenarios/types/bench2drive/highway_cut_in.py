@@ -17,13 +17,21 @@ from stucksolver_eval.sites.motorway_sites import cut_ins
 from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 SLOWEST_MPS = 4.0
+"""Lowest speed of the vehicle (m/s)."""
 FASTEST_MPS = 30.0
+"""Highest speed of the vehicle (m/s)."""
 SHARE = 0.8
+"""Speed after the cut-in, as a share of the hero's."""
 FOLLOW_S = 0.3
+"""Time from the arrival to the lane change (s)."""
 CHANGE_S = 2.0
+"""Duration of the lane change (s)."""
 AFTER_S = 3.0
+"""Time after the lane change at which the scenario ends (s)."""
 LIMIT_S = 60.0
+"""Time limit of the arrival (s)."""
 LOOK_M = 300.0
+"""Length of ramp that is searched (m)."""
 
 
 @scenario

@@ -14,7 +14,9 @@ from stucksolver_eval.sites.parameter_draws import flow_values
 from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 SOURCE_S = 6.0
+"""Distance of the flows' source before the junction, in seconds at the flow's speed."""
 SINK_M = 60.0
+"""Length of the flows after the junction (m)."""
 
 
 @scenario

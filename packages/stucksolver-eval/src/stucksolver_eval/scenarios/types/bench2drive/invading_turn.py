@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from stucksolver_eval.background_traffic.lanes import oncoming_lanes
-from stucksolver_eval.scenarios.families.lane_places import beside
+from stucksolver_eval.scenarios.families.lane_places import offset_pose
 from stucksolver_eval.scenarios.families.obstacle import TwoWayObstacle
 from stucksolver_eval.scenarios.parameters import NumberParameter
 from stucksolver_eval.scenarios.registry import scenario
@@ -15,15 +15,19 @@ from stucksolver_eval.sites.parameter_draws import HundredthsDraw, IntegerDraw
 from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 SPACING_M = (40.0, 40.0)
+"""Range of distances between oncoming cars (m)."""
 HALF_CAR_M = 0.7
+"""Part of a car's half width that stays on its own side (m)."""
 BEYOND_M = 30.0
+"""Distance beyond the bend at which the scenario ends (m)."""
 CONE = "static.prop.constructioncone"
 CONES_M = 6.0
+"""Distance between cones (m)."""
 
 
 @scenario
 class InvadingTurn(TwoWayObstacle):
-    """Oncoming cars cross the centre line because of cones on their side; the hero must keep right."""
+    """Oncoming cars cross the center line because of cones on their side; the hero must keep right."""
 
     type = "InvadingTurn"
     placed = SuitePlacement(
@@ -35,16 +39,16 @@ class InvadingTurn(TwoWayObstacle):
     driver_alone = "completed, with near misses"
     starts = "the oncoming cars come from the trigger on"
     blueprints = (CONE,)
-    simplified = "the oncoming cars hold their speed whatever the hero does, until one has touched it"
+    simplified = "the oncoming cars hold their speed independently of the hero, until one has touched it"
     distance_m = NumberParameter("distance", 100.0, "m")
     offset_m = NumberParameter("offset", 0.25, "m")
 
-    def put(self) -> tuple[float, float]:
+    def place_obstacle(self) -> tuple[float, float]:
         self._cones = []
         count = int(self.distance_m // CONES_M)
         for k in range(count):
             for lane in oncoming_lanes(self.ahead(k * CONES_M))[:1]:
-                place = beside(lane, lane.lane_width / 2.0 - self.offset_m)
+                place = offset_pose(lane, lane.lane_width / 2.0 - self.offset_m)
                 self._cones.append((self.cast.keep_below(CONE), place))
         return 0.0, self.distance_m
 

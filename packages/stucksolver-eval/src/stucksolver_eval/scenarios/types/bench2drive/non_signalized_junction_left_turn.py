@@ -20,5 +20,5 @@ class NonSignalizedJunctionLeftTurn(LeftTurn):
         JunctionSites(LEFT_TURNS, UNLIT, from_sides=OPPOSITE),
         flow_values((8, 12), (15, 24), (25, 30)),
     )
-    driver_alone = "waits for a gap, in vain"
+    driver_alone = "waits for a gap and finds none"
     starts = "the flow runs from the trigger on"

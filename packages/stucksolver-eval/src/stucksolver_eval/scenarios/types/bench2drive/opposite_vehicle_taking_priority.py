@@ -14,5 +14,5 @@ class OppositeVehicleTakingPriority(OppositeVehicle):
 
     type = "OppositeVehicleTakingPriority"
     placed = SuitePlacement("bench220", 1230, JunctionSites(ALL_WAYS, UNLIT, extra=direction_of("right", "left")))
-    driver_alone = "collision: already in the junction when the vehicle comes"
+    driver_alone = "collision: already in the junction when the vehicle arrives"
     needs_map = "a junction on the route with a road from the side that `direction` names"

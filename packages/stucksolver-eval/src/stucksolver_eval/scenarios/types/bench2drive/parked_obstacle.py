@@ -10,12 +10,13 @@ from stucksolver_eval.sites.parameter_draws import ON_THE_RIGHT, IntegerDraw
 from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 OFFSET = 0.7
+"""Lateral offset of the car, as a share of half the lane width."""
 
 
 class ParkedCar(Obstacle):
     """Base: one car with its hazard lights on."""
 
-    def put(self) -> tuple[float, float]:
+    def place_obstacle(self) -> tuple[float, float]:
         car = self.park(self.new_car(), self.distance_m, OFFSET)
         self.hazard_lamps(car)
         return self.distance_m, self.distance_m
@@ -23,7 +24,7 @@ class ParkedCar(Obstacle):
 
 @scenario
 class ParkedObstacle(ParkedCar):
-    """A car with hazard lights stands in the hero's lane; it must change to the adjacent lane."""
+    """A car with hazard lights is stopped in the hero's lane; it must change to the adjacent lane."""
 
     type = "ParkedObstacle"
     placed = SuitePlacement(
@@ -33,4 +34,4 @@ class ParkedObstacle(ParkedCar):
         {"distance": IntegerDraw(40, 44), "direction": ON_THE_RIGHT, "speed": IntegerDraw(40, 59)},
     )
     driver_alone = "stuck behind the car"
-    starts = "the car stands there from the start; traffic in the next lane slows 5 s after the hero came within 50 m"
+    starts = "the car is there from the start; traffic in the next lane slows 5 s after the hero came within 50 m"

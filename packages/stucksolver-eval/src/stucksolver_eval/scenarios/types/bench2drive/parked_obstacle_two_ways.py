@@ -13,7 +13,7 @@ from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 @scenario
 class ParkedObstacleTwoWays(TwoWayObstacle, ParkedCar):
-    """A car with hazard lights stands in the only lane; the hero must use a gap of the oncoming flow."""
+    """A car with hazard lights is stopped in the only lane; the hero must use a gap of the oncoming flow."""
 
     type = "ParkedObstacleTwoWays"
     placed = SuitePlacement(
@@ -23,4 +23,4 @@ class ParkedObstacleTwoWays(TwoWayObstacle, ParkedCar):
         {"distance": IntegerDraw(40, 45), "frequency": IntervalDraw((31, 61), (106, 200))},
     )
     driver_alone = "stuck behind the car"
-    starts = "the car stands there from the start; the oncoming flow starts 5 s after the hero came within 50 m"
+    starts = "the car is there from the start; the oncoming flow starts 5 s after the hero came within 50 m"

@@ -17,12 +17,19 @@ from stucksolver_eval.sites.parameter_draws import ON_THE_RIGHT
 from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 BLOCKER_M = 28.0
+"""Distance of the first parked car beyond the trigger (m)."""
 CUTTER_M = 35.0
+"""Distance of the car that pulls out beyond the trigger (m)."""
 CUT_MPS = 20.0 / 3.6
+"""Speed of the car (m/s)."""
 SYNC_S = 2.35
+"""Time of the hero to the car at which it pulls out (s)."""
 NEAR_M = 10.0
+"""Distance of the hero at which the car pulls out in any case (m)."""
 OVER_M = 9.0
+"""Length over which the car changes to the lane (m)."""
 ENDS_M = 30.0
+"""Distance that the car drives until the scenario ends (m)."""
 
 
 @scenario

@@ -18,16 +18,20 @@ from stucksolver_eval.sites.parameter_draws import ON_THE_RIGHT, IntegerDraw
 from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 SPACING_M = 25.0
+"""Distance between cars of the traffic (m)."""
 ROOM_AHEAD_M = 60.0
-"""Extra distance for cars that have passed the parked hero, so that they do not queue up next to it."""
+"""Extra distance for cars that have passed the parked hero (m), so that they do not queue up next to it."""
 SIDE_CAR_M = 50.0
+"""Distance that the car next to the hero drives before it is removed (m)."""
 ENDS_M = 15.0
+"""Distance beyond the parked car at which the scenario ends (m)."""
 HERO_LIFT_M = 0.2
+"""Height above the road at which the hero is placed (m)."""
 
 
 @scenario
 class ParkingExit(Scenario):
-    """The hero stands between two parked cars and must pull out into traffic."""
+    """The hero is parked between two parked cars and must pull out into traffic."""
 
     type = "ParkingExit"
     placed = SuitePlacement(
@@ -60,7 +64,7 @@ class ParkingExit(Scenario):
         assert lane is not None
         place = lane.transform
         place.location.z += HERO_LIFT_M
-        self.cast.place(self.cast.hero_member, place)
+        self.cast.teleport(self.cast.hero_member, place)
         self.cast.flush()
         self._parked = []
         for where in (lane.next(self.front_m)[0], lane.previous(self.behind_m)[0]):

@@ -11,23 +11,30 @@ from stucksolver_eval.actors import ScenarioActor
 from stucksolver_eval.scenario_context import ScenarioContext
 from stucksolver_eval.scenarios.families.crossing_actors import ADULTS, WALKER_LIFT_M, together, walk_for
 from stucksolver_eval.scenarios.families.junction import JunctionScenario
-from stucksolver_eval.scenarios.families.lane_places import beside, edge_m, lane_of
+from stucksolver_eval.scenarios.families.lane_places import edge_m, lane_of, offset_pose
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.sites.junction_sites import ALL_WAYS, JunctionSites
 from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 SYNC_S = 3.5
+"""Time of the hero to the crossing at which the pedestrians start (s)."""
 NEAR_M = 12.0
+"""Distance of the hero at which they start in any case (m)."""
 DELAY_S = (0.0, 1.5)
+"""Range of the pedestrians' delays (s)."""
 WALK_MPS = (1.3, 2.0)
+"""Range of the pedestrians' speeds (m/s)."""
 BEFORE_JUNCTION_M = 1.5
+"""Distance of the crossing before the junction (m)."""
 SPREAD_M = (0.0, -1.2, 1.2)
+"""Positions of the pedestrians along the road, relative to the crossing (m)."""
 ACROSS = 2.3
+"""Length of the pedestrians' path, in multiples of their distance to the lane's center."""
 
 
 @scenario
 class PedestrianCrossing(JunctionScenario):
-    """Three pedestrians cross the hero's road where it enters a junction."""
+    """Three pedestrians cross the hero's road just before a junction."""
 
     type = "PedestrianCrossing"
     placed = SuitePlacement("bench220", 1290, JunctionSites(ALL_WAYS, rightmost=True))
@@ -45,14 +52,14 @@ class PedestrianCrossing(JunctionScenario):
 
     @property
     def _crossing(self) -> Any:
-        return self.setting.route.at(self.entry_s - BEFORE_JUNCTION_M)
+        return self.setting.route.waypoint_at(self.entry_s - BEFORE_JUNCTION_M)
 
     def stage(self) -> None:
         lane = self._crossing
         self._offset_m = edge_m(lane) + 1.2
         self._walkers: list[ScenarioActor] = []
         for along_m in SPREAD_M:
-            place = beside(lane, self._offset_m, along_m, turn_deg=-90.0)
+            place = offset_pose(lane, self._offset_m, along_m, turn_deg=-90.0)
             self._yaw_deg = place.rotation.yaw
             self._walkers.append(self.cast.must_spawn(self.random.choice(ADULTS), place, lift_m=WALKER_LIFT_M))
 

@@ -17,7 +17,7 @@ class SignalizedJunctionLeftTurn(LeftTurn):
     placed = SuitePlacement(
         "bench220", 1310, JunctionSites(LEFT_TURNS, LIT, from_sides=OPPOSITE), flow_values((8, 12), (15, 24), (25, 30))
     )
-    driver_alone = "waits for a gap, in vain"
+    driver_alone = "waits for a gap and finds none"
     starts = "the flow runs from the trigger on"
     needs_map = f"{LeftTurn.needs_map} and traffic lights"
     signalized = True

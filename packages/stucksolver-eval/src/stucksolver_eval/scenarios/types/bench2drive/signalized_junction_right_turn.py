@@ -20,7 +20,7 @@ class SignalizedJunctionRightTurn(RightTurn):
         JunctionSites(RIGHT_TURNS, LIT, from_sides=FROM_LEFT),
         flow_values((10, 14), (19, 24), (26, 38)),
     )
-    driver_alone = "waits for a gap, in vain"
+    driver_alone = "waits for a gap and finds none"
     starts = "the flow runs from the trigger on"
     needs_map = f"{RightTurn.needs_map} and traffic lights"
     signalized = True

@@ -17,14 +17,23 @@ from stucksolver_eval.sites.parameter_draws import ON_THE_RIGHT, IntegerDraw
 from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 APART_M = 11.0
+"""Distance between the cars of the queue (m)."""
 CARS, CUTTER = 6, 2
+"""Number of cars in the queue, and index of the one that pulls out."""
 SYNC_S = 2.7
+"""Time of the hero to the car at which it pulls out (s)."""
 NEAR_M = 15.0
+"""Distance of the hero at which it pulls out in any case (m)."""
 CUT_S = 3.0
+"""Duration of the lane change (s)."""
 AWAY_MPS = 60.0 / 3.6
+"""Speed of the car after the lane change (m/s)."""
 AWAY_M = 70.0
+"""Distance that the car drives until the scenario ends (m)."""
 CUT_MPS = 5.0
+"""Speed of the car during the lane change (m/s)."""
 LIMIT_S = 30.0
+"""Time limit of the scenario after the lane change started (s)."""
 
 
 @scenario
@@ -44,13 +53,13 @@ class StaticCutIn(Scenario):
 
     def needs(self, setting: ScenarioContext) -> str | None:
         for k in range(CARS):
-            if side_driving_lane(self._beside(k), self.direction) is None:
+            if side_driving_lane(self._queue_waypoint(k), self.direction) is None:
                 return (
                     f"{self.distance_m + k * APART_M:.0f} m beyond the trigger there is no lane on the {self.direction}"
                 )
         return None
 
-    def _beside(self, k: int) -> carla.Waypoint:
+    def _queue_waypoint(self, k: int) -> carla.Waypoint:
         return self.ahead(self.distance_m + k * APART_M)
 
     def stage(self) -> None:
@@ -60,13 +69,13 @@ class StaticCutIn(Scenario):
         self.traffic.remove_road_lane(self._cutters_lane())
         self.traffic.leave_space_in_front(self.distance_m + CARS * APART_M)
         for k, member in enumerate(self._queue):
-            lane = side_driving_lane(self._beside(k), self.direction)
+            lane = side_driving_lane(self._queue_waypoint(k), self.direction)
             assert lane is not None
             self.cast.bring(member, lane.transform)
             self.cast.hold(member)
         place_s = self.s_at(self.distance_m + CUTTER * APART_M)
         yield from self.until(lambda: self.within(place_s, SYNC_S, NEAR_M))
-        lane = self._beside(CUTTER)
+        lane = self._queue_waypoint(CUTTER)
         side = 1.0 if self.direction == "right" else -1.0
         merge = (side * lane.lane_width, CUT_S * CUT_MPS * 0.7)
         car = self.cars.drive(self._queue[CUTTER], lane, CUT_MPS, merge=merge, yields=False, begin=False)
@@ -79,6 +88,6 @@ class StaticCutIn(Scenario):
         self.traffic.readd_road_lane(self._cutters_lane())
 
     def _cutters_lane(self) -> carla.Waypoint:
-        lane = side_driving_lane(self._beside(CUTTER), self.direction)
+        lane = side_driving_lane(self._queue_waypoint(CUTTER), self.direction)
         assert lane is not None, "needs() was called"
         return lane

@@ -10,6 +10,7 @@ from stucksolver_eval.sites.junction_sites import TURNS, JunctionSites
 from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 LENGTH_M = 200.0
+"""Distance beyond the trigger at which the scenario ends (m)."""
 
 
 @scenario

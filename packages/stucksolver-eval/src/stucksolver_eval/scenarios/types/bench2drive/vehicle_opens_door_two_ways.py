@@ -8,7 +8,7 @@ import carla
 
 from stucksolver_eval.actors.actor_pool import LIFT_M
 from stucksolver_eval.scenario_context import ScenarioContext
-from stucksolver_eval.scenarios.families.lane_places import beside, lane_of
+from stucksolver_eval.scenarios.families.lane_places import lane_of, offset_pose
 from stucksolver_eval.scenarios.families.obstacle import PAST_M, TwoWayObstacle
 from stucksolver_eval.scenarios.parameters import NumberParameter
 from stucksolver_eval.scenarios.registry import scenario
@@ -18,8 +18,11 @@ from stucksolver_eval.sites.parameter_draws import IntegerDraw, IntervalDraw
 from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 OPENS_S = 3.0
+"""Time of the hero to the car at which the door opens (s)."""
 OPENS_M = 10.0
+"""Distance of the hero at which the door opens in any case (m)."""
 EDGE_M = 0.05
+"""Distance of the car from the lane's edge (m)."""
 
 
 @scenario
@@ -45,13 +48,13 @@ class VehicleOpensDoorTwoWays(TwoWayObstacle):
             return "the blueprint library has no car with doors that open"
         return super().needs(setting)
 
-    def put(self) -> tuple[float, float]:
+    def place_obstacle(self) -> tuple[float, float]:
         lane = lane_of(self.ahead(self.distance_m), carla.LaneType.Parking, self.direction)
         assert lane is not None
         self._car = self.cast.must_spawn(self.random.choice(self._cars_with_doors()), lane.transform)
-        # Place it at the edge of the hero's lane, so that the door reaches into the lane.
+        # The car is at the edge of the hero's lane, so that the door reaches into the lane.
         aside_m = max(lane.lane_width / 2.0 - self._car.half_width_m - EDGE_M, 0.0)
-        self.cast.place(self._car, beside(lane, -aside_m, up_m=LIFT_M))
+        self.cast.teleport(self._car, offset_pose(lane, -aside_m, up_m=LIFT_M))
         self.cast.hold(self._car)
         return self.distance_m, self.distance_m
 

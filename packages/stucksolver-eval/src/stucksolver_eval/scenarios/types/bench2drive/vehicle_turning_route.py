@@ -8,15 +8,19 @@ import carla
 
 from stucksolver_eval.scenarios.families.crossing_actors import BICYCLES
 from stucksolver_eval.scenarios.families.junction import JunctionScenario
-from stucksolver_eval.scenarios.families.lane_places import beside, edge_m
+from stucksolver_eval.scenarios.families.lane_places import edge_m, offset_pose
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.sites.junction_sites import TURNS, JunctionSites
 from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 BEYOND_M = 11.0
+"""Distance of the crossing beyond the junction (m)."""
 RIDE_MPS = 1.8
+"""Speed of the bicycle (m/s)."""
 SYNC_S = 1.8
+"""Time of the hero to the crossing at which the bicycle starts (s)."""
 NEAR_M = 6.0
+"""Distance of the hero at which the bicycle starts in any case (m)."""
 
 
 @scenario
@@ -27,14 +31,14 @@ class VehicleTurningRoute(JunctionScenario):
     placed = SuitePlacement("bench220", 1410, JunctionSites(TURNS))
     driver_alone = "completed: brakes"
     timeout_s = None
-    starts = "the bicycle starts when the hero is 1.8 s or 6 m from where it crosses"
+    starts = "the bicycle starts when the hero is 1.8 s or 6 m from the crossing"
     blueprints = BICYCLES
 
     def stage(self) -> None:
         self._place_s = min(self.exit_s + BEYOND_M, self.setting.route.length_m)
-        lane = self.setting.route.at(self._place_s)
+        lane = self.setting.route.waypoint_at(self._place_s)
         self._offset_m = edge_m(lane) + 1.0
-        place = beside(lane, self._offset_m, turn_deg=-90.0)
+        place = offset_pose(lane, self._offset_m, turn_deg=-90.0)
         self._bicycle = self.cast.must_spawn(self.random.choice(BICYCLES), place)
 
     def script(self) -> Iterator[None]:

@@ -18,11 +18,17 @@ from stucksolver_eval.sites.parameter_draws import IntegerDraw
 from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 FASTER_MPS = 25.0
+"""Speed of the vehicle relative to the hero (m/s)."""
 NEAR_M = 50.0
+"""Distance to the hero from which the vehicle is near (m)."""
 NEAR_S = 10.0
+"""Time near the hero after which the scenario ends (s)."""
 PASSED_M = 50.0
+"""Distance ahead of the hero at which the vehicle has passed (m)."""
 TAIL_GAP_M = 6.0
+"""Gap of the vehicle to the vehicle ahead (m)."""
 CLOSING_PER_S = 0.7
+"""Gain of the closing speed (1/s)."""
 
 
 @scenario
@@ -65,8 +71,8 @@ class YieldToEmergencyVehicle(Scenario):
                 near_since_s = self.cast.time_s
             yield
         ahead_m = car.state.ahead_m(self.hero.x, self.hero.y)
-        said = "the hero did not let the emergency vehicle pass" if ahead_m > 0 else "the hero let it pass"
-        self.news.append(("yield_emergency_vehicle", said, 0.0 if ahead_m > 0 else 1.0))
+        text = "the hero did not let the emergency vehicle pass" if ahead_m > 0 else "the hero let it pass"
+        self.news.append(("yield_emergency_vehicle", text, 0.0 if ahead_m > 0 else 1.0))
         self.cars.remove([car])
         self.traffic.switch_route_sources(True)
 

@@ -1,1 +1,1 @@
-"""Types for the streets that `demo` and `cases` find on any map."""
+"""Types for the streets of `demo` and `cases` on any map. Their numbers are ours."""

@@ -10,7 +10,7 @@ ROCK = "static.prop.rock"
 
 @scenario
 class RocksAcrossRoad(ClosedRoad):
-    """Rocks lie from kerb to kerb after a rockslide, without a sign: a person sees that the road is closed."""
+    """Rocks lie from curb to curb after a rockslide, without a sign: a person recognizes that the road is closed."""
 
     type = "RocksAcrossRoad"
     placed = None

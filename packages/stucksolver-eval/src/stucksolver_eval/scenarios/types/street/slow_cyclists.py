@@ -8,6 +8,7 @@ from stucksolver_eval.scenarios.registry import scenario
 
 BICYCLES = ("vehicle.diamondback.century", "vehicle.bh.crossbike")
 APART_M = 5.0
+"""Distance between the cyclists (m)."""
 
 
 @scenario
@@ -15,12 +16,12 @@ class SlowCyclists(StreetScenario):
     """Two cyclists ride very slowly in the middle of the hero's lane until the end of the route."""
 
     type = "SlowCyclists"
-    starts = "everyone starts with the hero"
+    starts = "all start with the hero"
     blueprints = BICYCLES
     distance_m = NumberParameter("distance", 20.0, "m")
     speed_kmh = NumberParameter("speed", 9.0, "km/h")
 
-    def put(self) -> None:
+    def place_situation(self) -> None:
         for k, blueprint in enumerate(BICYCLES):
             start = self.ahead(self.distance_m + k * APART_M)
             rider = self.cast.must_spawn(blueprint, start.transform)

@@ -10,7 +10,7 @@ from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 @scenario
 class AllWayStopDeadlock(Deadlock):
-    """Four cars at an all-way stop wait for each other, one with its nose in the hero's path, until somebody creeps."""
+    """Four cars at an all-way stop wait for each other, one with its nose in the hero's path, until one creeps."""
 
     type = "AllWayStopDeadlock"
     placed = SuitePlacement("immobilized", 3100, all_way_stops)

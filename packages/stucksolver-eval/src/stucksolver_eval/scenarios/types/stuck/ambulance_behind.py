@@ -14,13 +14,16 @@ from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 AMBULANCE, CAR = "vehicle.ford.ambulance", "vehicle.lincoln.mkz_2020"
 BEHIND_M = 45.0
+"""Distance of the ambulance behind the hero (m)."""
 STANDING_MPS = 0.5
+"""Speed below which the hero counts as stopped (m/s)."""
 SPEED_MPS = 12.0
+"""Speed of the ambulance (m/s)."""
 
 
 @scenario
 class AmbulanceBehind(StuckScenario):
-    """The hero stands behind a broken-down car when an ambulance comes up from behind: clear the way."""
+    """The hero is stopped behind a broken-down car when an ambulance arrives from behind: clear its path."""
 
     type = "AmbulanceBehind"
     placed = SuitePlacement("immobilized", 3180, to_pass(two_ways))
@@ -28,7 +31,7 @@ class AmbulanceBehind(StuckScenario):
     expected = "recover"
     suspends = frozenset({"blocked", "wrong_lane"})
     oncoming_gaps_m = PASSABLE_M
-    starts = "the ambulance comes once the hero stands within 25 m of the car"
+    starts = "the ambulance comes when the hero is stopped within 25 m of the car"
     needs_map = "one lane each way"
     blueprints = (AMBULANCE, CAR)
 
@@ -41,7 +44,7 @@ class AmbulanceBehind(StuckScenario):
         yield from self.until(lambda: self.hero.speed_mps < STANDING_MPS)
         self.traffic.remove_behind()
         yield
-        here = self.setting.route.at(self.setting.hero_s_m)
+        here = self.setting.route.waypoint_at(self.setting.hero_s_m)
         place = next((p for d in (BEHIND_M, 30.0, 20.0) if (p := back(here, d)) is not None), None)
         member = None if place is None else self.cast.spawn(AMBULANCE, place.transform)
         if member is not None:

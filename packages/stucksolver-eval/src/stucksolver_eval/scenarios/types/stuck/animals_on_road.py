@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import carla
 
-from stucksolver_eval.scenarios.families.lane_places import beside
+from stucksolver_eval.scenarios.families.lane_places import offset_pose
 from stucksolver_eval.scenarios.families.stuck import StuckScenario
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.sites.lane_requirements import one_lane
@@ -16,15 +16,20 @@ from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 COW, DOG = "animal.cow", "animal.dog"
 PLACES = ((COW, 0.0, -0.6), (COW, 2.6, 1.0), (DOG, -1.6, 1.2))
+"""Blueprints of the animals, with their positions ahead and to the right (m)."""
 LASTS_S = 25.0
+"""Time until the animals leave (s)."""
 WALK_MPS = 1.0
+"""Speed of the animals (m/s)."""
 AWAY_S = 9.0
+"""Time that they walk (s)."""
 BACK_M = 1.0
+"""Distance that the hero may back up (m)."""
 
 
 @scenario
 class AnimalsOnRoad(StuckScenario):
-    """Animals stand on the road and walk away after a while: wait."""
+    """Animals are on the road and walk away after a while: wait."""
 
     type = "AnimalsOnRoad"
     placed = SuitePlacement("immobilized", 3160, LaneSites(one_lane), {"distance": IntegerDraw(40, 48)})
@@ -37,7 +42,7 @@ class AnimalsOnRoad(StuckScenario):
     def stage(self) -> None:
         self._animals = [
             self.cast.must_spawn(
-                kind, beside(self.ahead(self.distance_m + ahead_m), right_m, turn_deg=90.0), lift_m=BACK_M
+                kind, offset_pose(self.ahead(self.distance_m + ahead_m), right_m, turn_deg=90.0), lift_m=BACK_M
             )
             for kind, ahead_m, right_m in PLACES
         ]

@@ -13,18 +13,20 @@ from stucksolver_eval.sites.junction_sites import LIT, STRAIGHT, JunctionSites
 from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 CARS = 3
+"""Number of cars."""
 SPACING_M = 7.5
+"""Distance between the cars (m)."""
 
 
 @scenario
 class BlockedJunctionBox(StuckAtLight):
-    """The hero's light is green, but cars of the crossing road stand in the junction; they leave after 30 s: wait."""
+    """The hero's light is green, but cars of the crossing road block the junction; they leave after 30 s: wait."""
 
     type = "BlockedJunctionBox"
     placed = SuitePlacement("immobilized", 3120, JunctionSites(STRAIGHT, LIT, arms=4))
     driver_alone = "completed: waits 36 s at its green light"
     expected = "wait"
-    starts = "the cars stand there from the trigger on, and drive off 30 s after the hero came near"
+    starts = "the cars are there from the trigger on, and drive off 30 s after the hero came near"
     suspends = frozenset({"blocked"})
 
     def needs(self, setting: ScenarioContext) -> str | None:
@@ -41,7 +43,7 @@ class BlockedJunctionBox(StuckAtLight):
         self.hold_lights(green=self.own_lights)
         line = self.approach(self._crossing()[0], 0.0, 60.0, straight_way)
         inside = [k for k, waypoint in enumerate(line) if waypoint.is_junction]
-        # Only where a car fits entirely inside; the foremost first.
+        # A car needs space entirely inside the junction. The foremost one comes first.
         first, last = inside[0] + round(SPACING_M / 4.0), inside[-1]
         stuck = []
         for index in range(last, first, -round(SPACING_M / 2.0))[:CARS]:

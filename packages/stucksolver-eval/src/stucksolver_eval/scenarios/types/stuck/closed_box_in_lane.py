@@ -24,4 +24,4 @@ class ClosedBoxInLane(StuckScenario):
     blueprints = ("static.prop.cardboardbox",)
 
     def stage(self) -> None:
-        self.put("static.prop.cardboardbox")
+        self.spawn_at("static.prop.cardboardbox")

@@ -15,7 +15,7 @@ from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 @scenario
 class DarkTrafficLight(Deadlock):
-    """All lights of a junction are dark, so it is an all-way stop, and everybody waits: creep, yield, go."""
+    """All lights of a junction are dark, so it is an all-way stop, and all vehicles wait: creep, yield, go."""
 
     type = "DarkTrafficLight"
     placed = SuitePlacement("immobilized", 3070, dark_lights)

@@ -22,4 +22,4 @@ class DebrisInLane(StuckScenario):
     blueprints = ("static.prop.paperbag",)
 
     def stage(self) -> None:
-        self.put("static.prop.paperbag")
+        self.spawn_at("static.prop.paperbag")

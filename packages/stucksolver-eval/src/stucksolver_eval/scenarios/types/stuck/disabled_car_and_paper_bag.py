@@ -15,7 +15,7 @@ from stucksolver_eval.sites.parameter_draws import IntegerDraw
 from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 BEYOND_M = 13.0
-"""Distance from the car to the object: the ego reaches it in the left lane, and cannot return before it."""
+"""Distance from the car to the object (m). The ego reaches the object in the left lane, and cannot return before it."""
 
 
 class DisabledCarAndThing(StuckScenario):
@@ -33,10 +33,10 @@ class DisabledCarAndThing(StuckScenario):
     def stage(self) -> None:
         lane = self.ahead(self.distance_m)
         self.put_disabled("vehicle.lincoln.mkz_2020")
-        self.put(self.thing, BEYOND_M, -lane.lane_width)
+        self.spawn_at(self.thing, BEYOND_M, -lane.lane_width)
 
     def situation(self) -> Iterator[None]:
-        # Traffic there would give away whether the object can be driven over.
+        # Traffic in that lane would reveal whether the object can be driven over.
         lane = side_driving_lane(self.ahead(self.distance_m), "left")
         assert lane is not None, "needs() was called"
         self.traffic.remove_road_lane(lane)

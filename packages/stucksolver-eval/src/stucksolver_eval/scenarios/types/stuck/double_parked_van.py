@@ -14,13 +14,16 @@ from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 VAN, PERSON = "vehicle.mercedes.sprinter", "walker.pedestrian.0002"
 WALK_MPS = 1.2
+"""Speed of the person (m/s)."""
 WALK_M = 3.0
+"""Length of the person's path (m)."""
 ASIDE_M = 0.6
+"""Distance of the person from the van (m)."""
 
 
 @scenario
 class DoubleParkedVan(StuckScenario):
-    """A delivery van with hazard lights stands in the only lane, and a person works next to it: pass with room."""
+    """A delivery van with hazard lights blocks the only lane, and a person works next to it: pass with clearance."""
 
     type = "DoubleParkedVan"
     placed = SuitePlacement("immobilized", 3090, to_pass(two_ways), {"distance": IntegerDraw(40, 48)})
@@ -35,10 +38,10 @@ class DoubleParkedVan(StuckScenario):
     def stage(self) -> None:
         self._van = self.put_disabled(VAN, right_m=ASIDE_M)
         aside_m = ASIDE_M + self._van.half_width_m + 0.7
-        self._person = self.put(PERSON, -self._van.half_length_m, aside_m)
+        self._person = self.spawn_at(PERSON, -self._van.half_length_m, aside_m)
 
     def situation(self) -> Iterator[None]:
-        # The hero needs room behind it to back up and see past the van.
+        # The hero needs space behind it to back up and see past the van.
         self.traffic.switch_route_sources(False)
         self.traffic.remove_behind()
         end_s = self.s_at(self.distance_m) + 10.0

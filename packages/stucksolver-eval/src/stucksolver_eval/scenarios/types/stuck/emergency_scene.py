@@ -16,6 +16,7 @@ from stucksolver_eval.sites.suite_placement import SuitePlacement
 ENGINE, POLICE = "vehicle.carlamotors.firetruck", "vehicle.dodge.charger_police_2020"
 OFFICER = "walker.pedestrian.0030"
 LASTS_S = 45.0
+"""Time until the scene disappears (s)."""
 
 
 @scenario
@@ -31,13 +32,13 @@ class EmergencyScene(StuckScenario):
     blueprints = (ENGINE, POLICE, OFFICER)
 
     def stage(self) -> None:
-        self._scene = [self.put(ENGINE, 8.0)]
+        self._scene = [self.spawn_at(ENGINE, 8.0)]
         for lane in oncoming_lanes(self.ahead(self.distance_m)):
             self._scene.append(self.cast.must_spawn(POLICE, lane.transform))
             self.cast.hold(self._scene[-1])
         for member in self._scene:
             self.cast.lights(member, lamps("Special1", "Special2"))
-        self._scene += [self.put(OFFICER, ahead_m, right_m) for ahead_m, right_m in ((0.0, 0.5), (1.5, -1.0))]
+        self._scene += [self.spawn_at(OFFICER, ahead_m, right_m) for ahead_m, right_m in ((0.0, 0.5), (1.5, -1.0))]
 
     def situation(self) -> Iterator[None]:
         self.traffic.change_opposite_behavior(active=False)

@@ -13,6 +13,7 @@ from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 FLAGGER, CONE, SIGN = "walker.flagger.0001", "static.prop.trafficcone01", "static.prop.warningconstruction"
 LASTS_S = 30.0
+"""Time until the flagger shows go (s)."""
 
 
 @scenario
@@ -25,14 +26,14 @@ class Flagger(StuckScenario):
     expected = "wait"
     suspends = frozenset({"blocked"})
     starts = "the flagger shows stop from the start, and go 30 s after the hero came within 25 m"
-    simplified = "when the flagger shows go, it stands aside and its cones are gone"
+    simplified = "when the flagger shows go, the flagger is at the roadside and the cones are gone"
     blueprints = (FLAGGER, CONE, SIGN)
 
     def stage(self) -> None:
         half_m = self.ahead(self.distance_m).lane_width / 2.0
-        self._stop = self.put(FLAGGER, 0.0, 0.4, turn_deg=180.0, gesture="stop")
-        self._cones = [self.put(CONE, 3.0, share * half_m) for share in (-0.7, 0.0, 0.7)]
-        self.put(SIGN, -12.0, half_m + 0.8, turn_deg=180.0)
+        self._stop = self.spawn_at(FLAGGER, 0.0, 0.4, turn_deg=180.0, gesture="stop")
+        self._cones = [self.spawn_at(CONE, 3.0, share * half_m) for share in (-0.7, 0.0, 0.7)]
+        self.spawn_at(SIGN, -12.0, half_m + 0.8, turn_deg=180.0)
 
     def situation(self) -> Iterator[None]:
         yield from self.hero_near()
@@ -40,4 +41,4 @@ class Flagger(StuckScenario):
         self.cast.remove([self._stop, *self._cones])
         yield
         aside_m = self.ahead(self.distance_m).lane_width / 2.0 + 0.7
-        self.put(FLAGGER, 0.0, aside_m, turn_deg=180.0, gesture="go")
+        self.spawn_at(FLAGGER, 0.0, aside_m, turn_deg=180.0, gesture="go")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from stucksolver_eval.scenarios.families.lane_places import beside, edge_m
+from stucksolver_eval.scenarios.families.lane_places import edge_m, offset_pose
 from stucksolver_eval.scenarios.families.stuck import StuckScenario
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.sites.stuck_sites import level_crossings
@@ -12,7 +12,9 @@ from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 GATE, POST = "static.prop.crossinggate", "static.prop.crossinggatepost"
 BEFORE_RAILS_M = 5.0
+"""Distance of the gate before the rails (m)."""
 LASTS_S = 35.0
+"""Time until the gate rises (s)."""
 
 
 @scenario
@@ -30,9 +32,9 @@ class LevelCrossing(StuckScenario):
     def stage(self) -> None:
         lane = self.ahead(self.distance_m - BEFORE_RAILS_M)
         aside_m = edge_m(lane) + 0.3
-        self.cast.must_spawn(POST, beside(lane, aside_m), lift_m=0.0)
+        self.cast.must_spawn(POST, offset_pose(lane, aside_m), lift_m=0.0)
         # The boom extends to the right of its origin, so it is turned to reach over the hero's lane.
-        self._gate = self.cast.must_spawn(GATE, beside(lane, aside_m, -0.4, turn_deg=180.0), lift_m=0.0)
+        self._gate = self.cast.must_spawn(GATE, offset_pose(lane, aside_m, -0.4, turn_deg=180.0), lift_m=0.0)
 
     def situation(self) -> Iterator[None]:
         # The boom reaches into the oncoming lane, which the gate on the other side closes.
@@ -40,6 +42,6 @@ class LevelCrossing(StuckScenario):
         self.traffic.clear_opposite()
         yield from self.hero_near()
         yield from self.wait(LASTS_S)
-        # A raised boom would still block the road for everyone who ignores the roll of bounding boxes.
+        # A raised boom would still block the road for perception that ignores the roll of bounding boxes.
         self.cast.remove([self._gate])
         self.traffic.change_opposite_behavior(active=True)

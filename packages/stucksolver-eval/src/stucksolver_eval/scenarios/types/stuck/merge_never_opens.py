@@ -13,13 +13,16 @@ from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 CAR = "vehicle.mini.cooper_s_2021"
 SPEED_MPS = 1.5
+"""Speed of the traffic (m/s)."""
 GAPS_M = (6.5, 7.5)
+"""Range of distances between the cars (m)."""
 MOST = 40
+"""Maximum number of cars."""
 
 
 @scenario
 class MergeNeverOpens(ActorFlow):
-    """Traffic crawls bumper to bumper in the lane that the hero must merge into; no gap opens until it noses in."""
+    """Traffic crawls bumper to bumper in the lane that the hero must merge into; no gap opens until it noses out."""
 
     type = "MergeNeverOpens"
     placed = SuitePlacement("immobilized", 3110, merges)
@@ -27,7 +30,7 @@ class MergeNeverOpens(ActorFlow):
     expected = "recover"
     timeout_s = None
     suspends = frozenset({"blocked"})
-    starts = "at the trigger point; the others let the hero in once it has stood for 4 s and then crept half a metre"
+    starts = "at the trigger point; the others let the hero in when it was stopped for 4 s and then crept half a meter"
     needs_map = "lanes from `start_actor_flow` to `end_actor_flow`"
     blueprints = (CAR,)
     all_lanes = False

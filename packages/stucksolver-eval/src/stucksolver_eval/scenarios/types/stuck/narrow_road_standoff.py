@@ -17,13 +17,16 @@ from stucksolver_eval.sites.parameter_draws import IntegerDraw
 from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 SPEED_MPS = 4.0
+"""Speed of the oncoming car (m/s)."""
 FROM_M = 30.0
+"""Distance beyond the situation at which the car starts (m)."""
 BACKED_M = 6.0
+"""Distance that the hero must back up (m)."""
 
 
 @scenario
 class NarrowRoadStandoff(StuckScenario):
-    """On a road too narrow for two, an oncoming car stops before the hero; it leaves once the hero has backed up."""
+    """On a road too narrow for two, an oncoming car stops before the hero; it leaves when the hero has backed up."""
 
     type = "NarrowRoadStandoff"
     placed = SuitePlacement("immobilized", 3050, LaneSites(narrow), {"distance": IntegerDraw(40, 48)})
@@ -32,7 +35,7 @@ class NarrowRoadStandoff(StuckScenario):
     suspends = frozenset({"blocked", "wrong_lane"})
     starts = "the car comes from the trigger on"
     needs_map = "an oncoming lane next to the hero's"
-    simplified = "once the hero has backed up 6 m, the other car disappears, as if into a driveway"
+    simplified = "when the hero has backed up 6 m, the other car disappears, as if into a driveway"
 
     def needs(self, setting: ScenarioContext) -> str | None:
         if self._oncoming(self.distance_m) is None:
@@ -56,7 +59,7 @@ class NarrowRoadStandoff(StuckScenario):
         member = self.cast.must_spawn("vehicle.lincoln.mkz_2020", lane.transform)
         # It drives in the middle of the road, so that neither can pass the other.
         car = self.cars.drive(member, run_of_lane(lane, 200.0), SPEED_MPS, offset_m=-lane.lane_width / 2.0)
-        # The hero's position on the route is a high-water mark, so it does not show backing up.
+        # The hero's position on the route never decreases, so it does not reflect backing up.
         foremost = self.hero
         while (backed_m := self.hero.ahead_m(foremost.x, foremost.y)) < BACKED_M and not self.at_route_end():
             foremost = self.hero if backed_m < 0.0 else foremost

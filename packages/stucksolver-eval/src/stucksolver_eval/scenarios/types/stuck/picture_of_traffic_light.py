@@ -12,6 +12,7 @@ from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 STOP, POSTER, CAR = "static.prop.busstoplb", "static.prop.advertisement", "vehicle.lincoln.mkz_2020"
 BEFORE_M = 6.0
+"""Distance of the bus stop before the car (m)."""
 
 
 @scenario
@@ -22,7 +23,7 @@ class PictureOfTrafficLight(StuckScenario):
     placed = SuitePlacement("immobilized", 3150, to_pass(two_ways_by_sidewalk), {"distance": IntegerDraw(40, 48)})
     driver_alone = "stuck behind the car"
     expected = "recover"
-    simplified = "the picture itself is not drawn; all that can be seen is that there is no light"
+    simplified = "the picture itself is not drawn; only the absence of a light is visible"
     suspends = frozenset({"blocked", "wrong_lane"})
     oncoming_gaps_m = PASSABLE_M
     needs_map = "one lane each way and a sidewalk"
@@ -30,6 +31,6 @@ class PictureOfTrafficLight(StuckScenario):
 
     def stage(self) -> None:
         aside_m = edge_m(self.ahead(self.distance_m)) + 2.3
-        self.put(STOP, 0.0, aside_m, turn_deg=90.0)
-        self.put(POSTER, -4.5, aside_m - 1.0, turn_deg=90.0)
-        self.put(CAR, -BEFORE_M)
+        self.spawn_at(STOP, 0.0, aside_m, turn_deg=90.0)
+        self.spawn_at(POSTER, -4.5, aside_m - 1.0, turn_deg=90.0)
+        self.spawn_at(CAR, -BEFORE_M)

@@ -11,8 +11,11 @@ from stucksolver_eval.sites.junction_sites import LIT, STRAIGHT, JunctionSites
 from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 CARS = 3
+"""Number of cars in the queue."""
 SPACING_M = 8.0
+"""Distance between the cars (m)."""
 BEFORE_LINE_M = 4.0
+"""Distance of the first car before the stop line (m)."""
 
 
 @scenario
@@ -23,7 +26,7 @@ class QueueAtLight(StuckAtLight):
     placed = SuitePlacement("immobilized", 3200, JunctionSites(STRAIGHT, LIT))
     driver_alone = "completed: waits 37 s"
     expected = "wait"
-    starts = "the queue stands there from the trigger on; the light turns green 30 s after the hero came near"
+    starts = "the queue is there from the trigger on; the light turns green 30 s after the hero came near"
 
     def situation(self) -> Iterator[None]:
         self.hold_lights(green=[])

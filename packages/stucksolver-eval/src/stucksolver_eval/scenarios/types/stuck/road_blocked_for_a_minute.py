@@ -15,12 +15,14 @@ from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 TRUCK, CAR = "vehicle.carlamotors.carlacola", "vehicle.lincoln.mkz_2020"
 LASTS_S = 60.0
+"""Time until the vehicles drive off (s)."""
 CLEARS_MPS = 6.0
+"""Speed of the vehicles (m/s)."""
 
 
 @scenario
 class RoadBlockedForAMinute(StuckScenario):
-    """A truck and a car manoeuvre side by side and block the whole road; after a minute it is free: wait."""
+    """A truck and a car maneuver side by side and block the whole road; after a minute it is free: wait."""
 
     type = "RoadBlockedForAMinute"
     placed = SuitePlacement("immobilized", 3130, LaneSites(two_ways), {"distance": IntegerDraw(40, 48)})

@@ -11,6 +11,7 @@ from stucksolver_eval.sites.stuck_sites import round_and_round
 from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 LEAST_M = 60.0
+"""Shortest loop of the route that counts (m)."""
 
 
 @scenario
@@ -24,13 +25,13 @@ class RoundaboutLoop(Scenario):
     timeout_s = None
     suspends = frozenset({"blocked", "route_deviation"})
     starts = "nothing happens; the route itself goes around"
-    needs_map = "a route that returns to where it has been"
+    needs_map = "a route that returns to an earlier position"
 
     def needs(self, setting: ScenarioContext) -> str | None:
         route = setting.route
         again_m = route.length_m - float(route.new_ground_m[-1])
-        return None if again_m > LEAST_M else "the route never returns to where it has been"
+        return None if again_m > LEAST_M else "the route never returns to an earlier position"
 
     def script(self) -> Iterator[None]:
-        # Run until the drive is over, because a hero that replans follows another route from here.
+        # The script runs until the end of the drive, because a hero that replans follows another route from here.
         yield from self.until(lambda: False)

@@ -16,13 +16,16 @@ from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 BUS, CHILDREN = "vehicle.carlette.schoolbus", ("walker.pedestrian.0009", "walker.pedestrian.0010")
 BOARDS_S = 10.0
+"""Time until the children cross (s)."""
 CROSS_MPS = 1.1
+"""Speed of the children (m/s)."""
 DRIVES_MPS = 7.0
+"""Speed of the bus (m/s)."""
 
 
 @scenario
 class SchoolBus(StuckScenario):
-    """A control: a school bus stands with its stop arm out while children cross; then it drives on."""
+    """A control: a school bus is stopped with its stop arm out while children cross; then it drives on."""
 
     type = "SchoolBus"
     placed = SuitePlacement("immobilized", 3220, LaneSites(two_ways), {"distance": IntegerDraw(40, 48)})
@@ -32,12 +35,12 @@ class SchoolBus(StuckScenario):
     blueprints = (BUS, *CHILDREN)
 
     def stage(self) -> None:
-        self._bus = self.put(BUS)
+        self._bus = self.spawn_at(BUS)
         self.cast.lights(self._bus, lamps("Special1"))
         lane = self.ahead(self.distance_m)
         self._aside_m = edge_m(lane) + 1.0
         front_m = self._bus.half_length_m + 1.5
-        self._children = [self.put(kind, front_m + k, self._aside_m) for k, kind in enumerate(CHILDREN)]
+        self._children = [self.spawn_at(kind, front_m + k, self._aside_m) for k, kind in enumerate(CHILDREN)]
 
     def situation(self) -> Iterator[None]:
         yield from self.hero_near()

@@ -12,7 +12,7 @@ from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 @scenario
 class StuckRedLight(StuckAtLight):
-    """The hero is first at a light that stays red forever: only a remote operator may release it, so ask in time.
+    """The hero is first at a light that stays red forever: only a remote operator may approve a crossing, so ask.
 
     The rules wait at a red light for three minutes. The limit on ticks would leave hardly any time to call for help
     after that, so it is suspended.
@@ -20,7 +20,7 @@ class StuckRedLight(StuckAtLight):
 
     type = "StuckRedLight"
     placed = SuitePlacement("immobilized", 3080, JunctionSites(ALL_WAYS, LIT))
-    driver_alone = "stuck at the light, which is right, but does not ask"
+    driver_alone = "stuck at the light, which is right, but requests no assistance"
     expected = "ask"
     suspends = frozenset({"blocked", "tick_runtime"})
 

@@ -15,12 +15,14 @@ from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 CHILD, TOY = "walker.pedestrian.0009", "static.prop.toy"
 HESITATES_S = 15.0
+"""Time until the child starts (s)."""
 WALK_MPS = 1.0
+"""Speed of the child (m/s)."""
 
 
 @scenario
 class ToyInLane(StuckScenario):
-    """A toy lies in the only lane and a child stands at the kerb; after a while it fetches the toy: wait."""
+    """A toy lies in the only lane and a child is at the curb; after a while it fetches the toy: wait."""
 
     type = "ToyInLane"
     placed = SuitePlacement("immobilized", 3040, LaneSites(one_lane), {"distance": IntegerDraw(40, 48)})
@@ -33,8 +35,8 @@ class ToyInLane(StuckScenario):
     def stage(self) -> None:
         lane = self.ahead(self.distance_m)
         self._way_m = edge_m(lane) + 0.4
-        self._toy = self.put(TOY)
-        self._child = self.put(CHILD, 0.0, self._way_m, turn_deg=-90.0)
+        self._toy = self.spawn_at(TOY)
+        self._child = self.spawn_at(CHILD, 0.0, self._way_m, turn_deg=-90.0)
         self._yaw_deg = lane.transform.rotation.yaw - 90.0
 
     def situation(self) -> Iterator[None]:
