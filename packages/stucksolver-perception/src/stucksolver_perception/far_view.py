@@ -16,10 +16,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stucksolver_perception.camera.camera_sight_distance import (
-    LOOK_APART_S,
-    MOST_LOOKS,
+    LOOK_SPACING_S,
+    MAX_LOOKS,
     NEAR_M,
-    REQUIRED,
+    REQUIRED_PROB,
     CameraSight,
     LaneCoverage,
     SightModel,
@@ -33,7 +33,7 @@ from stucksolver_perception.vehicle_frame import points_into_vehicle
 
 FRESH_S = 0.45
 """An older image says nothing about now: two images have failed to come."""
-KEPT_S = LOOK_APART_S * MOST_LOOKS
+KEPT_S = LOOK_SPACING_S * MAX_LOOKS
 """Older looks cannot count."""
 SURE_SDS = 2.0
 STEP_M = 5.0
@@ -102,15 +102,15 @@ class FarView:
     def _reach_m(self, look: Floats, from_m: float) -> float:
         """Return the range up to which the detector can be reliable in such images (m); at least from `from_m` on."""
         away = np.arange(from_m, self.model.bins_m[-1] + STEP_M, STEP_M)
-        missed = self.model.miss_at(away, look) * self.model.again ** (MOST_LOOKS - 1)
-        fails = missed > 1.0 - REQUIRED
+        missed = self.model.miss_at(away, look) * self.model.again ** (MAX_LOOKS - 1)
+        fails = missed > 1.0 - REQUIRED_PROB
         return float(away[fails][0]) if fails.any() else from_m
 
     def _apart(self) -> list[FarImage]:
         """Return the newest look, and the earlier ones that `CameraSight` can count as further ones."""
         apart = [self.looks[0]]
         for look in self.looks[1:]:
-            if apart[-1].found.time_s - look.found.time_s >= LOOK_APART_S and len(apart) < MOST_LOOKS:
+            if apart[-1].found.time_s - look.found.time_s >= LOOK_SPACING_S and len(apart) < MAX_LOOKS:
                 apart.append(look)
         return apart
 

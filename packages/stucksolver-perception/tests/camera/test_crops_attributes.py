@@ -74,10 +74,10 @@ def test_only_a_flagger_has_a_gesture() -> None:
 def test_a_gesture_is_reported_after_two_looks_that_agree() -> None:
     memory = AttributeFilter()
     memory.add(1, look("flagger", gesture=Gesture.STOP), 0.0)
-    assert memory.of(1, 0.1).gesture is None
+    assert memory.get(1, 0.1).gesture is None
     memory.add(1, look("flagger", gesture=Gesture.GO), 0.2)
     memory.add(1, look("flagger", gesture=Gesture.GO), 0.4)
-    assert memory.of(1, 0.4).gesture is Gesture.GO
+    assert memory.get(1, 0.4).gesture is Gesture.GO
 
 
 def test_hazard_lights_are_both_blinkers() -> None:
@@ -90,33 +90,33 @@ def test_hazard_lights_are_both_blinkers() -> None:
 def test_who_was_never_seen_is_not_known() -> None:
     memory = AttributeFilter()
     memory.add(1, Attributes(), 0.0)
-    assert memory.of(1, 0.0) is None
-    assert memory.of(2, 0.0) is None
+    assert memory.get(1, 0.0) is None
+    assert memory.get(2, 0.0) is None
 
 
 def test_one_look_is_not_enough_for_a_kind() -> None:
     memory = AttributeFilter()
     memory.add(1, look("bag", 0.999), 0.0)
-    assert memory.of(1, 0.0).kind is None
+    assert memory.get(1, 0.0).kind is None
     for step in range(1, 4):
         memory.add(1, look("bag", 0.999), 0.5 * step)
-    assert memory.of(1, 1.5).kind is ObjectKind.BAG
+    assert memory.get(1, 1.5).kind is ObjectKind.BAG
 
 
 def test_looks_that_are_never_sure_never_make_a_kind() -> None:
     memory = AttributeFilter()
     for step in range(20):
         memory.add(1, look("bag", 0.8), 0.5 * step)
-    assert memory.of(1, 10.0).kind is None
+    assert memory.get(1, 10.0).kind is None
 
 
 def test_a_bag_that_looks_like_a_rock_again_is_a_bag_no_more() -> None:
     memory = AttributeFilter()
     for step in range(20):
         memory.add(1, look("bag", 0.999), 0.5 * step)
-    assert memory.of(1, 9.5).kind is ObjectKind.BAG
+    assert memory.get(1, 9.5).kind is ObjectKind.BAG
     memory.add(1, look("debris", 0.999), 10.0)
-    assert memory.of(1, 10.0).kind is None
+    assert memory.get(1, 10.0).kind is None
 
 
 def test_a_hidden_moment_does_not_change_the_kind() -> None:
@@ -124,7 +124,7 @@ def test_a_hidden_moment_does_not_change_the_kind() -> None:
     for step in range(6):
         memory.add(1, look("bus", 0.99), 0.5 * step)
     memory.add(1, look(NOTHING, 0.99), 3.0)
-    known = memory.of(1, 3.0)
+    known = memory.get(1, 3.0)
     assert known.kind is ObjectKind.BUS
     assert known.hidden is True
 
@@ -133,28 +133,28 @@ def test_a_blinker_that_is_dark_now_and_then_blinks() -> None:
     memory = AttributeFilter()
     for step, lit in enumerate((True, False, False)):
         memory.add(1, look(left_blinker=lit, right_blinker=lit), 0.4 * step)
-    assert memory.of(1, 0.8).hazard_lights is True
+    assert memory.get(1, 0.8).hazard_lights is True
 
 
 def test_a_blinker_is_off_only_after_a_while() -> None:
     memory = AttributeFilter()
     for step in range(2):
         memory.add(1, look(left_blinker=False), 0.5 * step)
-    assert memory.of(1, 0.5).left_blinker is None
+    assert memory.get(1, 0.5).left_blinker is None
     memory.add(1, look(left_blinker=False), 1.0)
-    assert memory.of(1, 1.0).left_blinker is False
+    assert memory.get(1, 1.0).left_blinker is False
 
 
 def test_nothing_is_known_of_lamps_after_a_while_without_a_look() -> None:
     memory = AttributeFilter()
     for step in range(4):
         memory.add(1, look(brake_lights=True, left_blinker=True, emergency_lights=True, door_open=False), 0.5 * step)
-    now = memory.of(1, 1.5)
+    now = memory.get(1, 1.5)
     assert (now.brake_lights, now.left_blinker, now.emergency_lights, now.door_open) == (True, True, True, False)
-    late = memory.of(1, 3.5)
+    late = memory.get(1, 3.5)
     assert (late.brake_lights, late.left_blinker, late.emergency_lights, late.door_open) == (None,) * 4
     memory.add(1, look(emergency_lights=True), 9.0)
-    assert memory.of(1, 9.0).emergency_lights is None
+    assert memory.get(1, 9.0).emergency_lights is None
 
 
 def test_tracks_that_are_gone_are_forgotten() -> None:
@@ -162,5 +162,5 @@ def test_tracks_that_are_gone_are_forgotten() -> None:
     memory.add(1, look(), 0.0)
     memory.add(2, look(), 0.0)
     memory.keep({2: None})
-    assert memory.of(1, 0.0) is None
-    assert memory.of(2, 0.0) is not None
+    assert memory.get(1, 0.0) is None
+    assert memory.get(2, 0.0) is not None
