@@ -78,7 +78,7 @@ def seen(
         b"",
         mask,
     )
-    return VisibleParts(tick, RIG, box).of(0, windows.rectangle[0])
+    return VisibleParts(tick, RIG, box).get(0, windows.rectangle[0])
 
 
 def test_rear_lamps_are_seen_from_behind_and_brake_lamps_not_from_ahead() -> None:

@@ -61,8 +61,11 @@ def test_only_debris_that_is_low_and_wide_is_flat(what: tuple[str, float, float,
 def test_a_driver_by_sensors_drives_over_loose_dirt_and_brakes_for_the_rest() -> None:
     tracks = (thing("debris", 1.4, 1.1, 0.15, 1), thing("debris", 0.6, 0.5, 0.35, 2), thing("car", 4.5, 1.9, 1.5, 3))
     read: Any = PerceivedBoxes.__new__(PerceivedBoxes)
-    read._eyes, read._range_m = SimpleNamespace(percept=None, now_s=0.0), 60.0
-    read._near, read._far = SimpleNamespace(told=lambda _: tracks), SimpleNamespace(reported_tracks=lambda _: ())
+    read._perception, read._range_m = SimpleNamespace(percept=None, now_s=0.0), 60.0
+    read._lane_prior, read._far_reports = (
+        SimpleNamespace(with_lane_courses=lambda _: tracks),
+        SimpleNamespace(reported_tracks=lambda _: ()),
+    )
     read._posts = KnownPosts([])
     assert read.read(0.0, 0.0).actor_id == (2, 3)
 

@@ -8,7 +8,7 @@ import pytest
 from stucksolver.scene import SignWord
 from stucksolver_perception.camera.sign_reader import SignReaderError
 from stucksolver_perception.camera.sign_words import DetectedWord
-from stucksolver_perception.carla.sign_worker import DELAY_S, PERIOD_S, STOOD_S, SignWorker
+from stucksolver_perception.carla.sign_worker import DELAY_S, MIN_STOPPED_S, PERIOD_S, SignWorker
 from stucksolver_perception.measurements import CameraFrame, PoseEstimate
 from stucksolver_perception.rig import load_rig
 
@@ -55,7 +55,7 @@ def drive(reader, seconds, speed=lambda time_s: 0.0, every_s=0.2, until_s=np.inf
 
 def test_nothing_is_read_before_the_ego_has_stood_or_while_it_drives():
     reader = Reader()
-    drive(reader, STOOD_S - TICK_S)
+    drive(reader, MIN_STOPPED_S - TICK_S)
     drive(reader, 20.0, speed=lambda _: 3.0)
     drive(reader, 20.0, speed=lambda time_s: 0.0 if time_s % 3.0 < 2.5 else 1.0)
     assert reader.crops == []
@@ -64,9 +64,9 @@ def test_nothing_is_read_before_the_ego_has_stood_or_while_it_drives():
 def test_one_crop_is_read_a_second_and_a_word_counts_after_two():
     reader = Reader()
     told = drive(reader, 12.0)
-    assert len(reader.crops) == pytest.approx((12.0 - STOOD_S) / PERIOD_S, abs=1)
+    assert len(reader.crops) == pytest.approx((12.0 - MIN_STOPPED_S) / PERIOD_S, abs=1)
     first_s = next(time_s for time_s, signs in told if signs)
-    assert first_s >= STOOD_S + PERIOD_S + DELAY_S
+    assert first_s >= MIN_STOPPED_S + PERIOD_S + DELAY_S
     sign = told[-1][1][0]
     assert (sign.word, sign.object_id) == (SignWord.STOP, None)
     assert sign.bearing_rad == pytest.approx(0.0, abs=0.01)
@@ -84,7 +84,7 @@ def test_words_are_gone_as_soon_as_the_ego_moves():
 
 def test_a_picture_is_looked_at_once_so_a_camera_that_died_confirms_nothing():
     reader = Reader()
-    told = drive(reader, 12.0, until_s=STOOD_S)
+    told = drive(reader, 12.0, until_s=MIN_STOPPED_S)
     assert len(reader.crops) == 1
     assert not any(signs for _, signs in told)
 

@@ -67,7 +67,7 @@ def test_every_sensor_speaks_on_every_tick_and_the_camera_when_it_is_due(measure
 
 
 def test_a_camera_whose_period_the_ticks_do_not_divide_is_waited_for_when_it_is_due(seen):
-    found = readings(seen, count=9, picture_every_s=0.12)
+    found = readings(seen, count=9, picture_period_s=0.12)
     assert [i for i, item in enumerate(found) if item.picture is not None] == [0, 3, 5, 8]
     assert not any(item.silent for item in found)
 
@@ -124,7 +124,7 @@ def test_in_a_world_that_does_not_wait_a_slow_reader_gets_what_is_new(seen):
     seen.world.tick()
     of = int(np.abs(known - found).max(axis=1).argmin())
     assert np.abs(known[of] - found).max() < 1e-3
-    assert missed - 1 - of <= suites.MOST_BEHIND
+    assert missed - 1 - of <= suites.MAX_LATE_TICKS
 
 
 def test_a_suite_takes_its_sensors_with_it(seen):
@@ -138,12 +138,12 @@ def other(part, **fields):
 
 def test_a_lidar_of_another_channel_count_is_named(seen, monkeypatch):
     monkeypatch.setattr(suites, "lidar_setup", lambda rig, seed: lidar_setup(other("lidar", channels=32), seed))
-    with pytest.raises(SensorError, match=r"LiDAR has 32 channels, the rig says 64: give the rig file"):
+    with pytest.raises(SensorError, match=r"LiDAR has 32 channels, the rig has 64: give the rig file"):
         readings(seen)
 
 
 def test_a_picture_of_another_size_is_named(seen, monkeypatch):
     narrow = other("camera", width_px=160).camera
     monkeypatch.setattr(suites, "camera_setup", lambda camera, every_s: camera_setup(narrow, every_s))
-    with pytest.raises(SensorError, match=r"picture is 160 x 180, the rig says 320 x 180: give the rig file"):
+    with pytest.raises(SensorError, match=r"image is 160 x 180, the rig has 320 x 180: give the rig file"):
         readings(seen)

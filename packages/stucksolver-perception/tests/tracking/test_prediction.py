@@ -26,7 +26,7 @@ def body(motion, label="car"):
 @pytest.mark.parametrize("label", ["car", "pedestrian", "cone"])
 def test_a_track_at_a_later_time_is_what_the_filter_predicts(motion, label):
     followed = body(motion, label)
-    later = followed.track().at(2.4)
+    later = followed.track().predict_to(2.4)
     predict(followed, 2.4)
     expected = followed.track()
     assert (later.time_s, later.x_m, later.y_m) == pytest.approx((expected.time_s, expected.x_m, expected.y_m))
@@ -35,13 +35,13 @@ def test_a_track_at_a_later_time_is_what_the_filter_predicts(motion, label):
 
 def test_what_stands_stays_where_it_is_and_what_moves_goes_on():
     stands, moves = body(MotionState.STANDING).track(), body(MotionState.MOVING).track()
-    assert (stands.at(5.0).x_m, stands.at(5.0).y_m) == (stands.x_m, stands.y_m)
-    assert stands.at(5.0).stationary_s == pytest.approx(stands.stationary_s + 3.0)
-    assert moves.at(3.0).x_m == pytest.approx(moves.x_m + 6.0)
-    assert moves.at(3.0).covariance[0, 0] > moves.at(2.1).covariance[0, 0]
+    assert (stands.predict_to(5.0).x_m, stands.predict_to(5.0).y_m) == (stands.x_m, stands.y_m)
+    assert stands.predict_to(5.0).stationary_s == pytest.approx(stands.stationary_s + 3.0)
+    assert moves.predict_to(3.0).x_m == pytest.approx(moves.x_m + 6.0)
+    assert moves.predict_to(3.0).covariance[0, 0] > moves.predict_to(2.1).covariance[0, 0]
 
 
 def test_nobody_is_taken_back_in_time():
     track = body(MotionState.MOVING).track()
-    assert track.at(1.0) is track
-    assert track.at(2.0) is track
+    assert track.predict_to(1.0) is track
+    assert track.predict_to(2.0) is track
