@@ -152,7 +152,7 @@ def test_recordings_are_found_beneath_a_folder_or_as_the_folder_itself(drive):
 
 
 def test_a_folder_without_recordings_is_named_with_the_remedy(tmp_path):
-    with pytest.raises(RecordingError, match=r"there are no recordings here; make some with `stucksolver perception"):
+    with pytest.raises(RecordingError, match=r"no recordings found; make some with `stucksolver perception"):
         recordings(tmp_path)
 
 
@@ -169,7 +169,7 @@ def test_a_recording_of_another_version_is_named_with_both_and_the_remedy(drive,
     file = drive.folder / "drive.json"
     about = json.loads(file.read_text(encoding="utf-8"))
     file.write_text(json.dumps({**about, "version": version}), encoding="utf-8")
-    with pytest.raises(RecordingError, match=rf"recorded in format {version}, this is 2; record it again"):
+    with pytest.raises(RecordingError, match=rf"recorded in format {version}, expected 2; record it again"):
         Recording(drive.folder)
 
 

@@ -96,6 +96,6 @@ def test_scenes_for_gestures_have_many_flaggers_whose_paddles_are_where_they_are
         windows = windows_of(recording.rig.camera, boxes)
         parts = VisibleParts(tick, recording.rig.camera, boxes)
         flaggers = windows.usable & (tick.truth.kind == KINDS.index(ObjectKind.FLAGGER))
-        seen += [parts.of(i, windows.rectangle[i]).gesture for i in np.flatnonzero(flaggers).tolist()]
+        seen += [parts.get(i, windows.rectangle[i]).gesture for i in np.flatnonzero(flaggers).tolist()]
     with_paddle = [item for item in seen if item not in (None, Gesture.NONE)]
     assert len(with_paddle) >= SIGNALLED, seen
