@@ -13,7 +13,7 @@ from fastapi.responses import JSONResponse, StreamingResponse
 from stucksolver_language.intent.lexical_safeguards import is_stop_phrase
 from stucksolver_passenger.access_tokens import TokenHolder, Tokens
 from stucksolver_passenger.api_types import CommandKind
-from stucksolver_passenger.server.connection_limits import Place, source_of
+from stucksolver_passenger.server.connection_limits import ConnectionSlot, source_of
 from stucksolver_passenger.server.fleet_state import Board, Vehicle
 from stucksolver_passenger.server.rate_limits import (
     ALL_COMMANDS,
@@ -34,7 +34,7 @@ from stucksolver_passenger.server.rate_limits import (
     Limiter,
     RateLimit,
 )
-from stucksolver_passenger.server.request_filter import PLACE, Receive, Scope, Send
+from stucksolver_passenger.server.request_filter import CONNECTION_SLOT, Receive, Scope, Send
 
 TOO_MUCH = "That is too much at once. Please wait a moment."
 NO_TOKEN = "This needs the token that the server printed at start."
@@ -115,9 +115,9 @@ class CountedStream(StreamingResponse):
             await refused(scope, receive, send)
             return
         try:
-            place: Place | None = scope.get("state", {}).get(PLACE)
-            if place is not None:
-                place.stays()
+            slot: ConnectionSlot | None = scope.get("state", {}).get(CONNECTION_SLOT)
+            if slot is not None:
+                slot.stays()
             await super().__call__(scope, receive, send)
         finally:
             self._streams.leave(self._holder)
