@@ -127,7 +127,7 @@ def test_the_simulator_says_in_one_line_what_is_missing(unpacked):
     program = "sys.modules['carla'] = None; sys.argv[1:] = []; from carlette.cli import main; sys.exit(main())"
     done = run_alone(unpacked["carlette"], program)
     assert done.returncode == 2
-    assert done.stderr.splitlines() == ["carlette: error: not installed: carla; pip install carla"]
+    assert done.stderr.splitlines() == ["carlette: error: not installed: carla. Run pip install carla"]
 
 
 def test_the_core_alone_needs_no_simulator(unpacked):

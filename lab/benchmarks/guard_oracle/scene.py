@@ -64,8 +64,8 @@ class Setting:
     """Random proposals that suit the class, in addition to the general ones."""
 
 
-Side = Literal["left", "right"]
-SIDES: tuple[Side, Side] = ("left", "right")
+DirectedSide = Literal["left", "right"]
+SIDES: tuple[DirectedSide, DirectedSide] = ("left", "right")
 Maker = Callable[[Drawn], Setting]
 CLASSES: dict[str, Maker] = {}
 """The first classes. They share the numbers below `BLOCK` in turn."""

@@ -22,7 +22,7 @@ from lab.language.student.scenario_causes import CAUSE_OF
 from stucksolver.plan import CauseCode, RecoveryPlan
 from stucksolver.reasoners.reasoner import ReasonerRequest
 from stucksolver.reasoners.rules import RuleReasoner
-from stucksolver.scene import REQUESTS, Guidance, Interpretation, Scene, Side
+from stucksolver.scene import REQUESTS, DirectedSide, Guidance, Interpretation, Scene
 from stucksolver_language.llm.prompt import user_text
 from stucksolver_language.llm.prompt_parser import read_prompt
 from stucksolver_language.student.candidates import candidates, leads_on
@@ -202,7 +202,7 @@ def ends_of(gone_after_s: float | None, watched_s: float) -> NDArray[np.int64]:
 
 def _requests() -> list[Interpretation]:
     asked = sorted(REQUESTS, key=lambda request: request.value)
-    sides = (None, *Side)
+    sides = (None, *DirectedSide)
     return [Interpretation(intent=i, likely=i, side=s, confidence=1.0, reader="labels") for i in asked for s in sides]
 
 

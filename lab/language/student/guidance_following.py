@@ -18,7 +18,7 @@ from lab.language.student.data import files_in, held_out
 from stucksolver.interpreter import Interpreter
 from stucksolver.plan import RecoveryPlan, plan_matches_intent
 from stucksolver.reasoners.reasoner import ACCEPTED, ReasonerRequest
-from stucksolver.scene import Guidance, GuidanceIntent, Interpretation, Scene, Side
+from stucksolver.scene import DirectedSide, Guidance, GuidanceIntent, Interpretation, Scene
 from stucksolver_language.student import DistilledReasoner
 from stucksolver_language.student.candidates import leads_on
 from stucksolver_language.student.scene_codec import read_scene
@@ -58,7 +58,8 @@ def _sentence(line: str, where: str) -> Sentence:
     try:
         item = json.loads(line)
         intent, side = GuidanceIntent(item["intent"]), item["side"]
-        meant = Interpretation(intent=intent, likely=intent, side=side and Side(side), confidence=1.0, reader="author")
+        side = side and DirectedSide(side)
+        meant = Interpretation(intent=intent, likely=intent, side=side, confidence=1.0, reader="author")
         return Sentence(item["text"], item["situation"], meant)
     except (KeyError, TypeError, ValueError) as error:
         raise ValueError(f"{where}: no sentence with text, situation, intent and side") from error

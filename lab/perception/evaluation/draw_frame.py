@@ -20,7 +20,7 @@ import numpy as np
 from lab.perception.evaluation.scoring.samples import TURN_S, is_continuous, looks_of, true_pose
 from stucksolver.optional_dependencies import can_plot
 from stucksolver_perception.cycle_data import PerceptionInput, PerceptionResult
-from stucksolver_perception.free_space import OWN_LENGTH_M
+from stucksolver_perception.free_space import EGO_HALF_LENGTH_M
 from stucksolver_perception.lidar.detector import LidarDetector
 from stucksolver_perception.lidar.sweeps import SweepBuffer
 from stucksolver_perception.lidar_labels import LABELS
@@ -222,7 +222,7 @@ def _draw_returns(axes: Axes, turn: Singles) -> PathCollection:
     axes.set_aspect("equal")
     axes.tick_params(labelsize=7)
     axes.set_title("from above (m)", fontsize=9)
-    axes.fill(*_outline((0.0, 0.0, 2 * OWN_LENGTH_M, OWN_WIDTH_M, 0.0)), color="#c9ccd2", zorder=2)
+    axes.fill(*_outline((0.0, 0.0, 2 * EGO_HALF_LENGTH_M, OWN_WIDTH_M, 0.0)), color="#c9ccd2", zorder=2)
     shown = turn[np.argsort(turn[:, 2])]
     x, y, z = shown[:, 0], shown[:, 1], shown[:, 2]
     return axes.scatter(y, x, s=1.5, c=z, vmin=0.0, vmax=HIGHEST_M, cmap="viridis_r", lw=0)

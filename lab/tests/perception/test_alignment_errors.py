@@ -26,4 +26,4 @@ def test_a_drive_is_played_healthy_and_with_each_turned_sensor(tmp_path, capsys)
 
 def test_a_folder_without_recordings_is_refused(tmp_path, capsys):
     assert main(["--data", str(tmp_path)]) == 2
-    assert "there are no recordings here" in capsys.readouterr().err
+    assert "no recordings found" in capsys.readouterr().err

@@ -76,7 +76,7 @@ def test_a_server_that_died_is_noticed() -> None:
         assert server.process is not None
         server.process.kill()
         server.process.wait()
-        with pytest.raises(ServerError, match="exit code -9; run again"):
+        with pytest.raises(ServerError, match="exit code -9; run the command again"):
             server.check()
 
 

@@ -11,7 +11,7 @@ from stucksolver_perception.camera.far_detector import FarDetections
 from stucksolver_perception.camera.far_range import RangeModel
 from stucksolver_perception.far_tracking import (
     FIRST_ID,
-    HANDED_HITS,
+    HANDOVER_HITS,
     LOST_S,
     NEAREST_M,
     RATE_SD_MPS,
@@ -56,7 +56,7 @@ def picture(
     )
 
 
-def lidar(x: float, y: float, time_s: float, number: int = 7, hits: int = HANDED_HITS) -> Track:
+def lidar(x: float, y: float, time_s: float, number: int = 7, hits: int = HANDOVER_HITS) -> Track:
     places = {"x_m": x, "y_m": y, "z_m": 0.8, "yaw_rad": 0.0, "vx_mps": 0.0, "vy_mps": 0.0}
     sizes = {"length_m": 4.5, "width_m": 1.9, "height_m": 1.6}
     seen = {"first_seen_s": 0.0, "last_seen_s": time_s, "hits": hits, "hidden": False}
@@ -146,7 +146,7 @@ def test_far_track_stays_until_lidar_track_is_confirmed() -> None:
     At the edge of its grid, the LiDAR measures 10 m/s for a car at 20 m/s.
     """
     tracker, (track,) = followed(lambda t: 80.0 - 10.0 * t, 2.0)
-    new = (lidar(58.0, 3.0, 2.1, hits=HANDED_HITS - 1),)
+    new = (lidar(58.0, 3.0, 2.1, hits=HANDOVER_HITS - 1),)
     assert [item.id for item in tracker.tracks(2.1, new)] == [track.id]
 
 

@@ -8,7 +8,7 @@ import pytest
 from stucksolver_perception.camera.camera_sight_distance import CameraSight, SightModel
 from stucksolver_perception.camera.far_detector import FarDetections
 from stucksolver_perception.camera.far_range import FarPlaces
-from stucksolver_perception.far_view import FRESH_S, FarImage, FarView, blockers_of
+from stucksolver_perception.far_view import FRESH_S, FarImage, FarView, occluders_in
 from stucksolver_perception.measurements import Floats, PoseEstimate
 from stucksolver_perception.rig import load_rig
 from stucksolver_perception.tracking import Track
@@ -58,7 +58,7 @@ def view(*times: float, recall: SightModel | None = None, blockers: Floats = NOT
     recall = recall or model()
     empty = FarView((), CameraSight(CAMERA, recall), recall)
     for time_s in times:
-        empty = empty.with_look(FarImage(nobody(time_s), pose(time_s), blockers))
+        empty = empty.with_image(FarImage(nobody(time_s), pose(time_s), blockers))
     return empty
 
 
@@ -128,7 +128,7 @@ def test_blocker_of_found_vehicle_is_at_nearest_place() -> None:
         DAY,
     )
     places = FarPlaces(one, 0.1 * one, np.array([[100.8, 3.5]]), np.eye(2)[None])
-    (box,) = blockers_of((), found, places, CAMERA, pose(1.0))
+    (box,) = occluders_in((), found, places, CAMERA, pose(1.0))
     assert box[0] == pytest.approx(80.8)
     assert box[1] == pytest.approx(2.8)
     seen = view(1.0, blockers=box[None]).clear_length_m(LINE, 50.0, 20.0, 1.0)
@@ -139,14 +139,14 @@ def test_only_who_reaches_into_the_picture_can_hide() -> None:
     places = [(30.0, 3.0), (30.0, 24.0), (30.0, 40.0), (3.0, 1.0), (2.0, 5.0), (-10.0, 0.0)]
     tracks = [standing(x, y) for x, y in places]
     none = FarPlaces(np.zeros(0), np.zeros(0), np.zeros((0, 2)), np.zeros((0, 2, 2)))
-    boxes = blockers_of(tracks, nobody(1.0), none, CAMERA, pose(1.0))
+    boxes = occluders_in(tracks, nobody(1.0), none, CAMERA, pose(1.0))
     assert [(x, y) for x, y in boxes[:, :2]] == [(30.0, 3.0), (30.0, 24.0), (3.0, 1.0), (2.0, 5.0)]
 
 
 def test_only_looks_that_can_still_count_are_kept() -> None:
     many = view(*(0.2 * k for k in range(100)))
-    assert len(many.looks) <= 9
-    assert many.looks[0].found.time_s == pytest.approx(19.8)
+    assert len(many.images) <= 9
+    assert many.images[0].detections.time_s == pytest.approx(19.8)
 
 
 @pytest.mark.parametrize(

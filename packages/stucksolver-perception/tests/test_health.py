@@ -7,7 +7,7 @@ import pytest
 
 from stucksolver_perception.measurements import CameraFrame, LidarSweep
 from stucksolver_perception.rig import load_rig
-from stucksolver_perception.sensor_health import FEW_POINTS, SAME_PICTURES, SAME_SWEEPS, SensorHealth
+from stucksolver_perception.sensor_health import MIN_POINT_SHARE, SAME_PICTURES, SAME_SWEEPS, SensorHealth
 
 RIG = load_rig().lidar
 TICK_S = 0.05
@@ -64,14 +64,14 @@ def test_a_night_with_some_lamps_is_no_fault(health):
 @pytest.mark.parametrize(("low", "high"), [(0, 1), (120, 121)], ids=["black", "grey"])
 def test_an_empty_picture_is_not_believed(health, low, high):
     assert health.picture(picture(low, high), moves=False) is None
-    assert health.faults == ("the camera's picture is black or empty",)
+    assert health.faults == ("the camera's image is black or empty",)
 
 
 def test_health_same_image_while_moving_is_rejected(health):
     frozen = picture()
     believed = [health.picture(frozen, moves=True) is not None for _ in range(SAME_PICTURES + 3)]
     assert believed == [True] * SAME_PICTURES + [False] * 3
-    assert health.faults == ("the camera gives the same picture again and again",)
+    assert health.faults == ("the camera repeats the same image",)
 
 
 def test_health_same_image_while_stopped_is_accepted(health):
@@ -94,23 +94,23 @@ def test_each_camera_is_judged_by_its_own_pictures(health):
         assert health.picture(picture(), moves=True) is not None
         held = health.picture(same, moves=True, camera="rear camera")
     assert held is None
-    assert health.faults == ("the rear camera gives the same picture again and again",)
+    assert health.faults == ("the rear camera repeats the same image",)
 
 
 def test_a_silent_lidar_is_named(health):
     assert health.sweep(None) is None
-    assert health.faults == ("the LiDAR is silent",)
+    assert health.faults == ("the LiDAR gives no data",)
 
 
 def test_health_sparse_sweep_is_rejected_with_point_count(health):
     """A sparse sweep is rejected, and its points are counted."""
-    few = sweep(0.5 * FEW_POINTS)
+    few = sweep(0.5 * MIN_POINT_SHARE)
     assert health.sweep(few) is None
     assert health.faults == (f"the LiDAR gives {len(few.points)} points for {CAST} rays",)
 
 
 def test_health_sweep_with_just_enough_points_is_accepted(health):
-    enough = sweep(1.1 * FEW_POINTS)
+    enough = sweep(1.1 * MIN_POINT_SHARE)
     assert health.sweep(enough) is enough
 
 
@@ -118,7 +118,7 @@ def test_a_sweep_that_comes_again_and_again_is_not_believed(health):
     frozen = sweep()
     believed = [health.sweep(LidarSweep(TICK_S * k, frozen.points)) is not None for k in range(SAME_SWEEPS + 3)]
     assert believed == [True] * SAME_SWEEPS + [False] * 3
-    assert health.faults == ("the LiDAR gives the same points again and again",)
+    assert health.faults == ("the LiDAR repeats the same points",)
 
 
 def test_a_sensor_that_works_again_is_believed_at_once(health):
@@ -183,4 +183,4 @@ def test_health_turned_camera_is_rejected_and_others_are_not(health):
 def test_a_turned_lidar_that_falls_silent_is_called_silent(health):
     health.turned("LiDAR", 0.04)
     health.sweep(None)
-    assert health.faults == ("the LiDAR is silent",)
+    assert health.faults == ("the LiDAR gives no data",)

@@ -154,7 +154,7 @@ def test_recordings_are_found_in_subfolders_or_folder_itself(drive):
 
 
 def test_a_folder_without_recordings_is_named_with_the_remedy(tmp_path):
-    with pytest.raises(RecordingError, match=r"there are no recordings here; make some with `python -m lab perception"):
+    with pytest.raises(RecordingError, match=r"no recordings found; make some with `python -m lab perception"):
         recordings(tmp_path)
 
 
@@ -172,7 +172,7 @@ def test_recording_of_other_version_is_rejected_with_remedy(drive, version):
     file = drive.folder / "drive.json"
     about = json.loads(file.read_text(encoding="utf-8"))
     file.write_text(json.dumps({**about, "version": version}), encoding="utf-8")
-    with pytest.raises(RecordingError, match=rf"recorded in format {version}, this is 2; record it again"):
+    with pytest.raises(RecordingError, match=rf"recorded in format {version}, expected 2; record it again"):
         Recording(drive.folder)
 
 

@@ -35,7 +35,7 @@ def test_a_file_of_ones_own_is_read(written):
 
 
 def test_a_file_that_is_not_there_is_named(tmp_path):
-    with pytest.raises(RigError, match=r"none\.toml: the calibration cannot be read .*give a rig file"):
+    with pytest.raises(RigError, match=r"none\.toml: the rig file cannot be read .*give a rig file"):
         load_rig(tmp_path / "none.toml")
 
 

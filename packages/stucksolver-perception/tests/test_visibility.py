@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stucksolver_perception.free_space import OWN_M, FreeSpace
+from stucksolver_perception.free_space import EGO_RANGE_M, FreeSpace
 from stucksolver_perception.rig import load_rig
 
 LIDAR = load_rig().lidar
@@ -62,7 +62,7 @@ def test_free_space_empty_plain_reaches_last_ground_return():
 def test_no_return_is_no_evidence():
     nothing = FreeSpace.from_points(np.zeros((0, 4), np.float32), LIDAR)
     assert not nothing.is_proven_free(np.linspace(-80, 80, 50), np.linspace(-80, 80, 50)).any()
-    assert nothing.free_length_along_m(AHEAD) <= OWN_M
+    assert nothing.free_length_along_m(AHEAD) <= EGO_RANGE_M
     half = cast()
     half = FreeSpace.from_points(half[half[:, 0] > 0.0], LIDAR)
     assert seen(half, 20.0, 3.0)

@@ -102,7 +102,7 @@ def test_a_lamp_behind_something_is_not_seen_but_known() -> None:
     assert told.lamps["left_blinker"] is None
     assert told.lamps["right_blinker"] is False
     assert told.lamps["brake_lights"] is True, "the right one is seen"
-    assert told.so["left_blinker"] is True
+    assert told.truth_flags["left_blinker"] is True
     hidden = seen(lamps=BRAKE, hide=(slice(0.4, 1), slice(0, 1)))
     assert hidden.lamps["brake_lights"] is None
 
@@ -118,13 +118,13 @@ def test_visible_door_on_far_side_is_unknown() -> None:
     # Its left side is towards the camera.
     told = seen(yaw=np.pi / 2, doors=FRONT_RIGHT)
     assert "door_open" not in told.lamps
-    assert told.so["door_open"] is True
+    assert told.truth_flags["door_open"] is True
     assert seen(yaw=np.pi / 2, doors=FRONT_LEFT).lamps["door_open"] is True
 
 
 def test_only_emergency_vehicles_and_school_buses_have_emergency_lights() -> None:
     assert seen(lamps=SPECIAL).lamps["emergency_lights"] is False
-    assert seen(lamps=SPECIAL).so["emergency_lights"] is False
+    assert seen(lamps=SPECIAL).truth_flags["emergency_lights"] is False
     assert seen(kind=ObjectKind.EMERGENCY, lamps=SPECIAL).lamps["emergency_lights"] is True
     covered = seen(kind=ObjectKind.EMERGENCY, lamps=SPECIAL, hide=(slice(0, 0.5), slice(0, 1)))
     assert covered.lamps["emergency_lights"] is None
@@ -141,7 +141,7 @@ def test_what_was_measured_as_unseen_is_not_seen() -> None:
 def test_unknown_lamps_and_doors_are_missing() -> None:
     told = seen(lamps=-1, doors=-1)
     assert told.lamps == {}
-    assert told.so == {}
+    assert told.truth_flags == {}
 
 
 def test_a_flaggers_gesture_is_seen_if_its_paddle_is() -> None:

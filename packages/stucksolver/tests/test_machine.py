@@ -21,7 +21,7 @@ from stucksolver.reasoners import ReasonerError, RuleReasoner
 from stucksolver.reasoners.faulty import make_faulty
 from stucksolver.record import Recorder, replay
 from stucksolver.record.serialization import step_output_data
-from stucksolver.scene import GuidanceIntent, Interpretation, LineKind, ObjectKind, Side, Zone, ZoneKind
+from stucksolver.scene import DirectedSide, GuidanceIntent, Interpretation, LineKind, ObjectKind, Zone, ZoneKind
 from stucksolver.solver import ExecutionTick, PlanReview, QuestionError, QuestionKind, StuckSolver, TransitionStep
 from stucksolver.solver.state_machine.execution_steps import STAND
 from stucksolver.solver.state_machine.inputs import SolverSetup
@@ -52,7 +52,7 @@ def read_as(intent, **more):
 
 
 READINGS = {
-    "go round it": read_as(GuidanceIntent.OVERTAKE, side=Side.LEFT),
+    "go round it": read_as(GuidanceIntent.OVERTAKE, side=DirectedSide.LEFT),
     "wait": read_as(GuidanceIntent.WAIT),
     "do not go": read_as(GuidanceIntent.GO, negated=True),
     "drive on": read_as(GuidanceIntent.GO),

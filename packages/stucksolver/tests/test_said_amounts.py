@@ -19,7 +19,7 @@ from stucksolver.plan.behaviors import (
 )
 from stucksolver.reasoners import RuleReasoner
 from stucksolver.record import Recorder, replay
-from stucksolver.scene import GuidanceIntent, GuidanceLimits, Interpretation, LineKind, Side
+from stucksolver.scene import DirectedSide, GuidanceIntent, GuidanceLimits, Interpretation, LineKind
 from stucksolver.solver import EventKind
 from stucksolver_language.student import DistilledReasoner
 from worlds import World, drive, straight_road, thing
@@ -52,7 +52,7 @@ def begun(result):
         (BackUp(distance_m=3.0), reading("back_up", distance_m=0.3), "distance_m", 1.0),
         (KeepLane(distance_m=20.0, speed_mps=2.0), reading("go", distance_m=5.0), "distance_m", 5.0),
         (PullOver(), reading("let_me_out", distance_m=40.0), "distance_m", 40.0),
-        (ASIDE, reading("overtake", Side.LEFT, distance_m=1.0), "offset_m", 1.0),
+        (ASIDE, reading("overtake", DirectedSide.LEFT, distance_m=1.0), "offset_m", 1.0),
         (CHANGE, reading("overtake", speed_mps=3.0), "speed_mps", 3.0),
         (CHANGE, reading("overtake", distance_m=50.0), "distance_m", 30.0),
         (CHANGE, reading("go", speed_mps=0.1), "speed_mps", 0.6),

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from lab.benchmarks.guard_oracle.scene import SIDES, Drawn, Setting, Side, brakes, driving, scene_class
+from lab.benchmarks.guard_oracle.scene import SIDES, DirectedSide, Drawn, Setting, brakes, driving, scene_class
 from lab.benchmarks.guard_oracle.scenes.usual import EGO_S, K, blocker, pose, road
 from stucksolver.plan.behaviors import Behavior, ChangeLane, KeepLane, Nudge, PullOver, RejoinRoute
 
 
-def change_to(side: Side) -> Callable[[Drawn], list[Behavior]]:
+def change_to(side: DirectedSide) -> Callable[[Drawn], list[Behavior]]:
     """Return random behaviors that change to an adjacent lane."""
 
     def change(draw: Drawn) -> list[Behavior]:

@@ -136,7 +136,7 @@ def _of_tick(tick: Recorded, rig: CameraRig, group: int, random: np.random.Gener
         hidden = [share < HIDDEN_SHARE for _, share in shares]
         lamps = [_lamp_labels(attributes, hidden=gone) for attributes, gone in zip(visible, hidden, strict=True)]
         gestures = [_gesture_label(attributes, hidden=gone) for attributes, gone in zip(visible, hidden, strict=True)]
-        lit = [[int(attributes.so.get(name, IGNORE)) for name in LAMPS] for attributes in visible]
+        lit = [[int(attributes.truth_flags.get(name, IGNORE)) for name in LAMPS] for attributes in visible]
         signals = [
             IGNORE if attributes.shows is None else GESTURES.index(attributes.shows.value) for attributes in visible
         ]

@@ -13,7 +13,7 @@ from torch import Tensor
 
 from lab.perception.training.lidar.data import BOX, IGNORED, SweepWindows
 from stucksolver_perception.lidar.sweeps import CELL_M, CELLS, FLAT_M, LOW_M, MOST_POINTS, RECENT_S
-from stucksolver_perception.recording import CENTIMETRE
+from stucksolver_perception.recording import CENTIMETERS_PER_M
 
 NO_BOX = -2
 """Label of padding."""
@@ -100,7 +100,7 @@ class WindowStore:
         window = slot // history.shape[1]
         is_kept = _thinned(age.flatten()[slot] > RECENT_S, window, slot, len(history))
         index, slot, window = index[is_kept], slot[is_kept], window[is_kept]
-        xyz = self.points[index].float() / CENTIMETRE
+        xyz = self.points[index].float() / CENTIMETERS_PER_M
         cos, sin = torch.cos(turn).flatten()[slot], torch.sin(turn).flatten()[slot]
         x = cos * xyz[:, 0] - sin * xyz[:, 1] + dx.flatten()[slot]
         y = sin * xyz[:, 0] + cos * xyz[:, 1] + dy.flatten()[slot]
@@ -110,14 +110,14 @@ class WindowStore:
 
 def _uneven(points: Tensor, slot: Tensor, slots: int) -> Tensor:
     """Return `stucksolver_perception.lidar.sweeps.uneven` for points (n, 3; centimeters) of several sweeps."""
-    place = points[:, :2].float() / CENTIMETRE / torch.tensor(CELL_M, device=points.device)
+    place = points[:, :2].float() / CENTIMETERS_PER_M / torch.tensor(CELL_M, device=points.device)
     place = (torch.floor(place) + CELLS // 2).clamp(0, CELLS - 1).long()
     cell, z = (slot * CELLS + place[:, 0]) * CELLS + place[:, 1], points[:, 2].float()
     extremes = [
         torch.full((slots * CELLS * CELLS,), first, device=points.device).scatter_reduce_(0, cell, z, which)
         for first, which in ((float("inf"), "amin"), (float("-inf"), "amax"))
     ]
-    uneven: Tensor = (z > LOW_M * CENTIMETRE) | ((extremes[1] - extremes[0])[cell] > FLAT_M * CENTIMETRE)
+    uneven: Tensor = (z > LOW_M * CENTIMETERS_PER_M) | ((extremes[1] - extremes[0])[cell] > FLAT_M * CENTIMETERS_PER_M)
     return uneven
 
 

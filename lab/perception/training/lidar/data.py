@@ -17,7 +17,7 @@ from stucksolver.scene import ObjectKind
 from stucksolver_perception.lidar.grid import GRID
 from stucksolver_perception.lidar_labels import LABEL_OF_KIND, LARGE_EMERGENCY_M
 from stucksolver_perception.measurements import Floats
-from stucksolver_perception.recording import CENTIMETRE, KINDS, Recorded, Recording, recordings
+from stucksolver_perception.recording import CENTIMETERS_PER_M, KINDS, Recorded, Recording, recordings
 
 HISTORY = 10
 """Number of sweeps in a window: half a second at 20 Hz."""
@@ -141,7 +141,7 @@ class _Tick:
 
     def __init__(self, tick: Recorded) -> None:
         self.time_s, self.pose = tick.time_s, np.asarray(tick.pose, np.float64)
-        self.points = np.round(tick.sweep.points[:, :3] * CENTIMETRE).astype(np.int16)
+        self.points = np.round(tick.sweep.points[:, :3] * CENTIMETERS_PER_M).astype(np.int16)
         self.intensity = np.round(tick.sweep.points[:, 3] * 255.0).astype(np.uint8)
         self.labels = np.array(
             [
@@ -168,7 +168,7 @@ def _truth(ticks: Sequence[_Tick], history: Sequence[int]) -> tuple[NDArray[np.f
     near = (x > GRID.x_min_m) & (x < GRID.x_max_m) & (y > GRID.y_min_m) & (y < GRID.y_max_m)
     near &= np.hypot(x, y) > OWN_BODY_M
     boxes, labels = boxes[near], now.labels[near].copy()
-    swept = [now.points.astype(np.float32) / CENTIMETRE]
+    swept = [now.points.astype(np.float32) / CENTIMETERS_PER_M]
     if history[1] >= 0:
         swept.append(_moved(ticks[history[1]], now))
     count = returns_in(boxes, np.concatenate(swept))
@@ -211,7 +211,7 @@ def returns_in(boxes: Floats, points: NDArray[np.float32]) -> Floats:
 
 def _moved(then: _Tick, now: _Tick) -> Any:
     """Return the points of one tick in the frame of a later one."""
-    points = then.points.astype(np.float32) / CENTIMETRE
+    points = then.points.astype(np.float32) / CENTIMETERS_PER_M
     turn, yaw = then.pose[3] - now.pose[3], now.pose[3]
     dx, dy = then.pose[:2] - now.pose[:2]
     cos, sin = math.cos(turn), math.sin(turn)

@@ -10,7 +10,7 @@ import math
 from typing import Any, Mapping, Sequence
 
 from stucksolver_bridge.shared_memory import SharedFrames
-from stucksolver_bridge.world_data import place, route_places, sign_places
+from stucksolver_bridge.world_data import route_places, sign_places, waypoint_numbers
 
 CAMERA = "camera"
 REAR = "rear camera"
@@ -143,7 +143,7 @@ def _light(light: Any) -> dict[str, Any]:
     heads = [[*_point(box.location), *_point(box.extent), box.rotation.yaw] for box in light.get_light_boxes()]
     return {
         "id": light.id,
-        "stops": [place(waypoint) for waypoint in light.get_stop_waypoints()],
+        "stops": [waypoint_numbers(waypoint) for waypoint in light.get_stop_waypoints()],
         "heads": heads,
         "at": [*_point(pose.location), pose.rotation.pitch, pose.rotation.yaw, pose.rotation.roll],
         "volume": [*_point(volume.location), *_point(volume.extent)],

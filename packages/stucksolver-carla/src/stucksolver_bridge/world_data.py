@@ -37,7 +37,7 @@ class WorldData:
             "id": self._vehicle.id,
             "extent": [box.x, box.y, box.z],
             "acceleration": acceleration_mps2,
-            "lights": [[light.id, [place(w) for w in light.get_stop_waypoints()]] for light in self._lights],
+            "lights": [[light.id, [waypoint_numbers(w) for w in light.get_stop_waypoints()]] for light in self._lights],
             "stop_signs": [sign_places(sign) for sign in self._signs],
             "route": route_places(route),
             "tick": self.tick(),
@@ -85,10 +85,10 @@ class WorldData:
 
 def route_places(route: Sequence[Any]) -> list[Any]:
     """Return the road, lane, arc length and command of each point of a route."""
-    return [[*place(point.waypoint), point.command] for point in route]
+    return [[*waypoint_numbers(point.waypoint), point.command] for point in route]
 
 
-def place(waypoint: Any) -> list[Any]:
+def waypoint_numbers(waypoint: Any) -> list[Any]:
     """Return road, lane and arc length of a `carla.Waypoint`, from which `waypoint_at` restores it."""
     return [waypoint.road_id, waypoint.lane_id, waypoint.s]
 

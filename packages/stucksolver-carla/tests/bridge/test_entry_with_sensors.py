@@ -124,5 +124,5 @@ def test_entry_sensor_mismatch_ends_run_with_one_line(drive, monkeypatch, tmp_pa
     with pytest.raises(SolverError, match=r"rig\.toml: version 9"):
         drive(usual, rig=str(bad))
     agent, _, _ = drive(type("Entry", (SmallPictures, usual), {}))
-    with pytest.raises(SolverError, match="the camera's picture is 800 x 450 x 4, the rig says 1600 x 900"):
+    with pytest.raises(SolverError, match="the camera's image is 800 x 450 x 4, the rig has 1600 x 900"):
         agent.run_step()

@@ -10,7 +10,7 @@ carla = pytest.importorskip("carla")
 
 from carlette.maps import DEMO_TOWN  # noqa: E402
 from stucksolver_bridge import recovery_client  # noqa: E402
-from stucksolver_bridge.world_data import place, waypoint_at  # noqa: E402
+from stucksolver_bridge.world_data import waypoint_at, waypoint_numbers  # noqa: E402
 from stucksolver_carla.drivers.behavior.lane_graph import lane_graph  # noqa: E402
 
 
@@ -21,13 +21,13 @@ def town():
 
 def lost(town):
     """Waypoints that the map itself does not find again."""
-    return [w for w in lane_graph(town).samples if town.get_waypoint_xodr(*place(w)) is None]
+    return [w for w in lane_graph(town).samples if town.get_waypoint_xodr(*waypoint_numbers(w)) is None]
 
 
 def test_every_waypoint_is_found_again(town):
     assert lost(town), "the test needs a road's end that the map does not find"
     for waypoint in lane_graph(town).samples:
-        found = waypoint_at(town, place(waypoint))
+        found = waypoint_at(town, waypoint_numbers(waypoint))
         assert found.transform.location.distance(waypoint.transform.location) < 0.01
 
 
@@ -70,7 +70,11 @@ def helped(town, monkeypatch):
 
 def test_a_route_to_the_end_of_a_road_is_driven(town, helped):
     end = lost(town)[0]
-    spots = [[*place(end), "lane_follow"], [*place(end)[:2], end.s - 1.0, "lane_follow"], [10_000, -1, 0.0, "left"]]
+    spots = [
+        [*waypoint_numbers(end), "lane_follow"],
+        [*waypoint_numbers(end)[:2], end.s - 1.0, "lane_follow"],
+        [10_000, -1, 0.0, "left"],
+    ]
     helped.solver.answers.append({"orders": [["route", spots]]})
     assert helped.run_step() == "control"
     ((first, second),) = helped._driver.plans

@@ -61,7 +61,7 @@ class StubClock:
 
     time_s = 0.0
 
-    def turn_to(self, tick):
+    def start_tick(self, tick):
         self.time_s = float(tick["time"])
 
 
@@ -139,10 +139,10 @@ def test_reader_without_rear_camera_has_no_rear_image(both):
 @pytest.mark.parametrize(
     ("declared", "message"),
     [
-        ([*DECLARED, BACK, BACK], "declares 2 cameras to the rear"),
-        ([BACK, *DECLARED[1:]], "declares 0 sensors of type sensor.camera.rgb: perception needs one front camera"),
-        ([*DECLARED, BACK | {"width": 1600}], "rear camera has pictures of 1600 x 450, the rig says 800 x 450"),
-        ([*DECLARED, BACK | {"fov": 110}], "rear camera has a field of view of 110 degrees, the rig says 70"),
+        ([*DECLARED, BACK, BACK], "declares 2 rear cameras"),
+        ([BACK, *DECLARED[1:]], "declares 0 sensors of type sensor.camera.rgb: perception requires one front camera"),
+        ([*DECLARED, BACK | {"width": 1600}], "rear camera has images of 1600 x 450, the rig has 800 x 450"),
+        ([*DECLARED, BACK | {"fov": 110}], "rear camera has a field of view of 110 degrees, the rig has 70"),
     ],
 )
 def test_a_rear_camera_that_does_not_fit_is_named(declared, message):
@@ -181,15 +181,15 @@ def test_what_is_missing_or_not_finite_is_silent(both):
 @pytest.mark.parametrize(
     ("changed", "told"),
     [
-        ({"CAM": np.zeros((450, 800, 4), np.uint8)}, "picture is 800 x 450 x 4, the rig says 1600 x 900"),
-        ({"CAM": np.zeros((900, 1600, 3), np.uint8)}, "picture is 1600 x 900 x 3"),
-        ({"CAM": np.zeros((900, 1600, 4), np.float32)}, "numbers of type 'f', expected 'B'"),
-        ({"CAM": "a picture"}, "picture is str"),
-        ({"LIDAR": np.zeros((10, 3), np.float32)}, r"array of shape \(10, 3\): expected \(n, 4\)"),
+        ({"CAM": np.zeros((450, 800, 4), np.uint8)}, "image is 800 x 450 x 4, the rig has 1600 x 900"),
+        ({"CAM": np.zeros((900, 1600, 3), np.uint8)}, "image is 1600 x 900 x 3"),
+        ({"CAM": np.zeros((900, 1600, 4), np.float32)}, "numbers of type 'f'; expected 'B'"),
+        ({"CAM": "a picture"}, "image is str"),
+        ({"LIDAR": np.zeros((10, 3), np.float32)}, r"array of shape \(10, 3\); expected \(n, 4\)"),
         ({"LIDAR": np.zeros((10, 4), np.float64)}, "numbers of type 'd'"),
-        ({"LIDAR": np.zeros((2_000_000, 4), np.float32)}, "more than the bridge takes"),
-        ({"IMU": np.zeros(6)}, "the IMU gives 6 numbers, expected 7"),
-        ({"GPS": np.zeros(2)}, "the GNSS gives 2 numbers, expected 3"),
+        ({"LIDAR": np.zeros((2_000_000, 4), np.float32)}, "more than the bridge.s memory for it"),
+        ({"IMU": np.zeros(6)}, "the IMU gives 6 numbers; expected 7"),
+        ({"GPS": np.zeros(2)}, "the GNSS gives 2 numbers; expected 3"),
     ],
 )
 def test_data_of_another_sensor_are_named(both, changed, told):
@@ -202,10 +202,10 @@ def test_data_of_another_sensor_are_named(both, changed, told):
 @pytest.mark.parametrize(
     ("sensors", "told"),
     [
-        (DECLARED[1:], r"declares 0 sensors of type sensor\.camera\.rgb: perception needs one front camera"),
+        (DECLARED[1:], r"declares 0 sensors of type sensor\.camera\.rgb: perception requires one front camera"),
         ([*DECLARED, DECLARED[1]], r"declares 2 sensors of type sensor\.lidar\.ray_cast"),
-        ([{**DECLARED[0], "width": 800}, *DECLARED[1:]], "800 x 900, the rig says 1600 x 900"),
-        ([{**DECLARED[0], "fov": 90}, *DECLARED[1:]], "field of view of 90 degrees, the rig says 70"),
+        ([{**DECLARED[0], "width": 800}, *DECLARED[1:]], "800 x 900, the rig has 1600 x 900"),
+        ([{**DECLARED[0], "fov": 90}, *DECLARED[1:]], "field of view of 90 degrees, the rig has 70"),
     ],
 )
 def test_declared_sensors_that_do_not_fit_the_rig_are_named(sensors, told):

@@ -42,7 +42,7 @@ SEEN = Track(
 
 
 def test_a_post_is_narrow_and_stands_at_its_place() -> None:
-    told = KnownPosts([POST]).told(SEEN)
+    told = KnownPosts([POST]).as_post(SEEN)
     assert LABELS[told.label] == "barrier"
     assert (told.length_m, told.width_m, told.vy_mps) == (POST_M, POST_M, 0.0)
 
@@ -54,14 +54,17 @@ def test_a_post_is_narrow_and_stands_at_its_place() -> None:
 )
 def test_everything_else_stays_what_it_is(other: dict[str, Any]) -> None:
     track = replace(SEEN, **other)
-    assert KnownPosts([POST]).told(track) is track
+    assert KnownPosts([POST]).as_post(track) is track
 
 
 def test_driver_sensor_mode_treats_post_as_object() -> None:
     """In sensor mode, a driver keeps the gap of an object from a post, not that of a pedestrian."""
     read: Any = PerceivedBoxes.__new__(PerceivedBoxes)
-    read._eyes, read._range_m = SimpleNamespace(percept=None, now_s=0.0), 60.0
-    read._near, read._far = SimpleNamespace(told=lambda _: (SEEN,)), SimpleNamespace(reported_tracks=lambda _: ())
+    read._perception, read._range_m = SimpleNamespace(percept=None, now_s=0.0), 60.0
+    read._lane_prior, read._far_reports = (
+        SimpleNamespace(with_lane_courses=lambda _: (SEEN,)),
+        SimpleNamespace(reported_tracks=lambda _: ()),
+    )
     read._posts = KnownPosts([POST])
     assert not read.read(0.0, 0.0).is_walker.any()
     read._posts = KnownPosts([])

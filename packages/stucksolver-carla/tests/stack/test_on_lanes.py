@@ -11,7 +11,7 @@ import carla
 import numpy as np
 import pytest
 
-from stucksolver_perception.carla.lane_motion_prior import KEEPS_SD_M, on_lane
+from stucksolver_perception.carla.lane_motion_prior import LATERAL_SD_M, with_lane_course
 from stucksolver_perception.lidar_labels import LABELS
 from stucksolver_perception.tracking import Track
 
@@ -62,7 +62,7 @@ def sideways(track: Track) -> float:
 @pytest.mark.parametrize("v", [8.0, -8.0])
 def test_on_lane_removes_lateral_noise_and_keeps_speed(v: float) -> None:
     """Noise across the lane is removed, and the speed along it is kept."""
-    told = on_lane(car(60.0, LANE_D, v, -0.7), lanes(), EGO)
+    told = with_lane_course(car(60.0, LANE_D, v, -0.7), lanes(), EGO)
     assert sideways(told) == pytest.approx(0.0)
     assert told.vx_mps == pytest.approx(v)
     assert abs(math.remainder(told.yaw_rad - (0.0 if v > 0 else math.pi), math.tau)) < 1e-6
@@ -72,15 +72,15 @@ def test_on_lane_removes_lateral_noise_and_keeps_speed(v: float) -> None:
 @pytest.mark.parametrize("x", [5.0, 15.0, 30.0])
 def test_who_changes_lanes_nearby_is_seen_to(x: float) -> None:
     leaving = car(x, LANE_D, 8.0, -1.0)
-    assert on_lane(leaving, lanes(), EGO) == leaving
+    assert with_lane_course(leaving, lanes(), EGO) == leaving
 
 
 def test_on_lane_new_track_follows_its_lane() -> None:
     """A new track of unknown course follows its lane."""
     fresh = car(72.0, LANE_D, -7.0, -3.5, sd=2.5)
-    assert sideways(on_lane(fresh, lanes(), EGO)) == pytest.approx(0.0)
+    assert sideways(with_lane_course(fresh, lanes(), EGO)) == pytest.approx(0.0)
     settled = replace(fresh, covariance=np.diag([0.2, 0.2, 0.1, 0.4, 0.4]) ** 2)
-    assert sideways(on_lane(settled, lanes(), EGO)) == -3.5
+    assert sideways(with_lane_course(settled, lanes(), EGO)) == -3.5
 
 
 @pytest.mark.parametrize(
@@ -96,7 +96,7 @@ def test_on_lane_new_track_follows_its_lane() -> None:
     ids=["in a junction", "beside the lane", "slow", "on foot", "across the lane", "off the map"],
 )
 def test_nothing_else_is_changed(track: Track, road: Any) -> None:
-    assert on_lane(track, road, EGO) == track
+    assert with_lane_course(track, road, EGO) == track
 
 
 @pytest.mark.parametrize("yaw_deg", [0.0, -35.0])
@@ -106,10 +106,10 @@ def test_on_lane_occluded_track_is_uncertain_only_along_lane(yaw_deg: float) -> 
     ahead, side = np.array([math.cos(yaw), math.sin(yaw)]), np.array([-math.sin(yaw), math.cos(yaw)])
     wide = np.diag([2.0, 2.0, 0.1, 1.5, 1.5]) ** 2
     seen = replace(car(20.0, LANE_D, 8.0 * ahead[0], 8.0 * ahead[1]), yaw_rad=yaw, covariance=wide)
-    told = on_lane(replace(seen, hidden=True), lanes(yaw_deg=yaw_deg), EGO)
-    assert side @ told.covariance[:2, :2] @ side == pytest.approx(KEEPS_SD_M**2)
+    told = with_lane_course(replace(seen, hidden=True), lanes(yaw_deg=yaw_deg), EGO)
+    assert side @ told.covariance[:2, :2] @ side == pytest.approx(LATERAL_SD_M**2)
     assert ahead @ told.covariance[:2, :2] @ ahead == pytest.approx(4.0)
     assert np.linalg.eigvalsh(told.covariance).min() > 0.0
-    assert np.array_equal(on_lane(seen, lanes(yaw_deg=yaw_deg), EGO).covariance, wide), "not while it is seen"
+    assert np.array_equal(with_lane_course(seen, lanes(yaw_deg=yaw_deg), EGO).covariance, wide), "not while it is seen"
     crossing = replace(seen, hidden=True, vx_mps=8.0 * side[0], vy_mps=8.0 * side[1])
-    assert np.array_equal(on_lane(crossing, lanes(yaw_deg=yaw_deg), EGO).covariance, wide)
+    assert np.array_equal(with_lane_course(crossing, lanes(yaw_deg=yaw_deg), EGO).covariance, wide)

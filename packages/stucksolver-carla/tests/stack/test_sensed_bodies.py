@@ -62,8 +62,11 @@ def test_boxes_sensor_mode_exclude_flat_debris() -> None:
     """In sensor mode, a driver drives over loose dirt and brakes for all other objects."""
     tracks = (thing("debris", 1.4, 1.1, 0.15, 1), thing("debris", 0.6, 0.5, 0.35, 2), thing("car", 4.5, 1.9, 1.5, 3))
     read: Any = PerceivedBoxes.__new__(PerceivedBoxes)
-    read._eyes, read._range_m = SimpleNamespace(percept=None, now_s=0.0), 60.0
-    read._near, read._far = SimpleNamespace(told=lambda _: tracks), SimpleNamespace(reported_tracks=lambda _: ())
+    read._perception, read._range_m = SimpleNamespace(percept=None, now_s=0.0), 60.0
+    read._lane_prior, read._far_reports = (
+        SimpleNamespace(with_lane_courses=lambda _: tracks),
+        SimpleNamespace(reported_tracks=lambda _: ()),
+    )
     read._posts = KnownPosts([])
     assert read.read(0.0, 0.0).actor_id == (2, 3)
 

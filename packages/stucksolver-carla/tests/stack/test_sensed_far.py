@@ -26,7 +26,7 @@ from stucksolver_perception.carla.far_vehicle_reports import (
     to_reported_track,
 )
 from stucksolver_perception.carla.lane_sight import SensorLaneSight
-from stucksolver_perception.carla.perceived_objects import PerceivedTracker, actor_proxies, bodies
+from stucksolver_perception.carla.perceived_objects import PerceivedTracker, actor_proxies, to_nearby_objects
 from stucksolver_perception.cycle_data import PerceptionResult
 from stucksolver_perception.far_tracking import FIRST_ID, FarTrack
 from stucksolver_perception.far_view import FarImage, FarView
@@ -142,7 +142,7 @@ def test_both_drivers_and_the_solver_are_told() -> None:
     eyes: Any = SimpleNamespace(
         percept=percept, now_s=1.5, vehicle=SimpleNamespace(get_world=lambda: world, get_speed_limit=lambda: 50.0)
     )
-    body = bodies(FarVehicleReports(MAP).reported_tracks(percept), 1.5)
+    body = to_nearby_objects(FarVehicleReports(MAP).reported_tracks(percept), 1.5)
     ego: Any = SimpleNamespace(x=0.0, y=0.0, yaw=0.0, half_length=2.4, half_width=1.0, speed=0.0)
     tracker = PerceivedTracker(eyes)
     tracker.watch = lambda ego, now_s: body  # type: ignore[method-assign]

@@ -12,13 +12,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stucksolver_perception.carla.sensor_conversion import (
-    STANDS_MPS,
+    STOPPED_MPS,
     camera_rgb,
     imu_sample,
     lidar_points,
     wheel_speed_mps,
 )
-from stucksolver_perception.carla.sensor_mounting import placed
+from stucksolver_perception.carla.sensor_mounting import carla_transform
 from stucksolver_perception.rig import SensorMount
 
 FLIP = np.diag([1.0, -1.0, 1.0, 1.0])
@@ -61,7 +61,7 @@ def test_a_sweep_without_points_is_empty():
 def test_carla_puts_a_sensor_where_the_rig_says(place, yaw, pitch, roll):
     x, y, z = place
     mount = SensorMount(x_m=x, y_m=y, z_m=z, yaw_deg=yaw, pitch_deg=pitch, roll_deg=roll)
-    carlas = np.array(placed(mount).get_matrix())
+    carlas = np.array(carla_transform(mount).get_matrix())
     np.testing.assert_allclose(FLIP @ carlas @ FLIP, mount.to_vehicle(), atol=1e-5)
 
 
@@ -86,7 +86,7 @@ def test_a_picture_is_red_green_blue():
 
 
 def test_wheels_that_stand_count_nothing():
-    assert wheel_speed_mps(STANDS_MPS / 2.0, 5.0, np.random.default_rng(0)) == 0.0
+    assert wheel_speed_mps(STOPPED_MPS / 2.0, 5.0, np.random.default_rng(0)) == 0.0
 
 
 def test_wheel_speed_error_matches_rig_in_reverse():

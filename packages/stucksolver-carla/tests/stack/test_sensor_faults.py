@@ -11,8 +11,8 @@ import pytest
 from stucksolver_perception.carla.sensor_faults import (
     FAULTS,
     JUMP_M,
-    MUD,
-    SALTED,
+    MUD_BRIGHTNESS,
+    SALT_SHARE,
     SMEAR_AT,
     STRAY_POINTS,
     STRAY_REACH_M,
@@ -163,7 +163,7 @@ def test_fault_salted_camera_covers_same_places():
         masks.append((after == 200).all(axis=2))
         assert np.array_equal(after[~masks[-1]], now.picture.rgb[~masks[-1]])
     assert np.array_equal(*masks)
-    assert SALTED / 3.0 < masks[0].mean() < SALTED * 3.0
+    assert SALT_SHARE / 3.0 < masks[0].mean() < SALT_SHARE * 3.0
 
 
 def test_a_turned_camera_sees_everything_two_degrees_to_the_left():
@@ -186,9 +186,9 @@ def test_a_turned_camera_sees_everything_two_degrees_to_the_left():
 def test_mud_darkens_one_place_that_grows_clear_towards_its_rim():
     bright = replace(measured(1.0), picture=CameraFrame(1.0, np.full((240, 320, 3), 220, np.uint8)))
     grey = SensorFault("camera-muddy").after(bright, 1.0).picture.rgb[:, :, 0].astype(int)
-    dark = np.argwhere(grey == MUD)
+    dark = np.argwhere(grey == MUD_BRIGHTNESS)
     assert dark.mean(axis=0) == pytest.approx([SMEAR_AT[1] * 320.0, SMEAR_AT[0] * 320.0], abs=1.0)
-    assert 0.03 < (grey == MUD).mean() < (grey < 220).mean() < 0.15
+    assert 0.03 < (grey == MUD_BRIGHTNESS).mean() < (grey < 220).mean() < 0.15
     assert np.abs(np.diff(grey, axis=1)).max() < 40
 
 

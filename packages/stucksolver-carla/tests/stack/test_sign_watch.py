@@ -8,7 +8,7 @@ import pytest
 from stucksolver.scene import SignWord
 from stucksolver_perception.camera.sign_reader import SignReaderError
 from stucksolver_perception.camera.sign_words import DetectedWord
-from stucksolver_perception.carla.sign_worker import DELAY_S, PERIOD_S, STOOD_S, SignWorker
+from stucksolver_perception.carla.sign_worker import DELAY_S, MIN_STOPPED_S, PERIOD_S, SignWorker
 from stucksolver_perception.measurements import CameraFrame, PoseEstimate
 from stucksolver_perception.rig import load_rig
 
@@ -56,7 +56,7 @@ def drive(reader, seconds, speed=lambda time_s: 0.0, every_s=0.2, until_s=np.inf
 def test_sign_watch_moving_or_just_stopped_reads_nothing():
     """No sign is read while the ego drives or before it has been stopped for long enough."""
     reader = Reader()
-    drive(reader, STOOD_S - TICK_S)
+    drive(reader, MIN_STOPPED_S - TICK_S)
     drive(reader, 20.0, speed=lambda _: 3.0)
     drive(reader, 20.0, speed=lambda time_s: 0.0 if time_s % 3.0 < 2.5 else 1.0)
     assert reader.crops == []
@@ -66,9 +66,9 @@ def test_sign_watch_reads_one_crop_per_s_and_confirms_twice():
     """One crop is read per second, and a word counts after two of them."""
     reader = Reader()
     told = drive(reader, 12.0)
-    assert len(reader.crops) == pytest.approx((12.0 - STOOD_S) / PERIOD_S, abs=1)
+    assert len(reader.crops) == pytest.approx((12.0 - MIN_STOPPED_S) / PERIOD_S, abs=1)
     first_s = next(time_s for time_s, signs in told if signs)
-    assert first_s >= STOOD_S + PERIOD_S + DELAY_S
+    assert first_s >= MIN_STOPPED_S + PERIOD_S + DELAY_S
     sign = told[-1][1][0]
     assert (sign.word, sign.object_id) == (SignWord.STOP, None)
     assert sign.bearing_rad == pytest.approx(0.0, abs=0.01)
@@ -87,7 +87,7 @@ def test_words_are_gone_as_soon_as_the_ego_moves():
 def test_sign_watch_reads_image_once_so_dead_camera_confirms_nothing():
     """Each image is read once, so a camera that has died confirms nothing."""
     reader = Reader()
-    told = drive(reader, 12.0, until_s=STOOD_S)
+    told = drive(reader, 12.0, until_s=MIN_STOPPED_S)
     assert len(reader.crops) == 1
     assert not any(signs for _, signs in told)
 

@@ -69,7 +69,7 @@ def test_suite_sensors_report_each_tick_and_camera_when_due(measured):
 
 def test_suite_camera_period_not_multiple_of_tick_is_awaited(seen):
     """A camera whose period is no multiple of the tick is waited for when it is due."""
-    found = readings(seen, count=9, picture_every_s=0.12)
+    found = readings(seen, count=9, picture_period_s=0.12)
     assert [i for i, item in enumerate(found) if item.picture is not None] == [0, 3, 5, 8]
     assert not any(item.silent for item in found)
 
@@ -130,7 +130,7 @@ def test_suite_without_waiting_slow_reader_gets_new_data(seen):
     seen.world.tick()
     of = int(np.abs(known - found).max(axis=1).argmin())
     assert np.abs(known[of] - found).max() < 1e-3
-    assert missed - 1 - of <= suites.MOST_BEHIND
+    assert missed - 1 - of <= suites.MAX_LATE_TICKS
 
 
 def test_a_suite_takes_its_sensors_with_it(seen):
@@ -144,12 +144,12 @@ def other(part, **fields):
 
 def test_a_lidar_of_another_channel_count_is_named(seen, monkeypatch):
     monkeypatch.setattr(suites, "lidar_setup", lambda rig, seed: lidar_setup(other("lidar", channels=32), seed))
-    with pytest.raises(SensorError, match=r"LiDAR has 32 channels, the rig says 64: give the rig file"):
+    with pytest.raises(SensorError, match=r"LiDAR has 32 channels, the rig has 64: give the rig file"):
         readings(seen)
 
 
 def test_a_picture_of_another_size_is_named(seen, monkeypatch):
     narrow = other("camera", width_px=160).camera
     monkeypatch.setattr(suites, "camera_setup", lambda camera, every_s: camera_setup(narrow, every_s))
-    with pytest.raises(SensorError, match=r"picture is 160 x 180, the rig says 320 x 180: give the rig file"):
+    with pytest.raises(SensorError, match=r"image is 160 x 180, the rig has 320 x 180: give the rig file"):
         readings(seen)

@@ -13,7 +13,7 @@ import pytest
 from chat_server import ChatServer, Fault
 from test_servers import good, scene
 
-from stucksolver.privacy.url_redaction import KEYS_VARIABLE, shown
+from stucksolver.privacy.url_redaction import KEYS_VARIABLE, redacted
 from stucksolver.reasoners import ReasonerError, ReasonerRequest
 from stucksolver.reasoners.factory import make_reasoner, preflight
 from stucksolver.reasoners.registry import ReasonerNameError
@@ -279,7 +279,7 @@ def test_error_about_a_name_does_not_show_its_login(name):
 
 def test_names_without_logins_are_shown_as_they_are():
     for name in ("openai:a@http://h1:1/v1,openai:b@http://h2/v1", "openai:m", "rules", "openai:m@https://h,rules"):
-        assert shown(name) == name
+        assert redacted(name) == name
 
 
 @pytest.mark.parametrize(

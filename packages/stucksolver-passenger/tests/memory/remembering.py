@@ -6,14 +6,14 @@ from dataclasses import dataclass
 
 from stucksolver import StuckSolver
 from stucksolver.plan import Replan
-from stucksolver.scene import CandidateWaypoint, GuidanceIntent, Interpretation, LineKind, ObjectKind, Side
+from stucksolver.scene import CandidateWaypoint, DirectedSide, GuidanceIntent, Interpretation, LineKind, ObjectKind
 from stucksolver_passenger.memory import SceneFeatures, Solution, SolutionOutcome, TriedSolution
 from worlds import LANE_M, NAMES, World, ladder, straight_road, thing
 
 REROUTE = Solution(intent=GuidanceIntent.REROUTE)
 BACK_UP = Solution(intent=GuidanceIntent.BACK_UP)
-LEFT = Solution(intent=GuidanceIntent.OVERTAKE, side=Side.LEFT)
-RIGHT = Solution(intent=GuidanceIntent.OVERTAKE, side=Side.RIGHT)
+LEFT = Solution(intent=GuidanceIntent.OVERTAKE, side=DirectedSide.LEFT)
+RIGHT = Solution(intent=GuidanceIntent.OVERTAKE, side=DirectedSide.RIGHT)
 ASKING = ladder(
     rungs={
         "rules": {"tries": 2, "cooldown_s": 0.5, "repair_rounds": 0},
@@ -39,7 +39,7 @@ def features(**changes) -> SceneFeatures:
     return SceneFeatures.model_validate(told | changes)
 
 
-def reading(intent: GuidanceIntent, side: Side | None = None) -> Interpretation:
+def reading(intent: GuidanceIntent, side: DirectedSide | None = None) -> Interpretation:
     return Interpretation(intent=intent, side=side, confidence=0.95, likely=intent, reader="test")
 
 

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from remembering import BACK_UP, LEFT, REROUTE, RIGHT, episode, features, reading
 from scipy.special import betaincinv
 
-from stucksolver.scene import GuidanceIntent, LightState, Side
+from stucksolver.scene import DirectedSide, GuidanceIntent, LightState
 from stucksolver_passenger.memory import SolutionOutcome, SuccessRate, features_of, recall, similarity
 from stucksolver_passenger.memory.success_rate import CONFIDENCE
 from worlds import World, red_light, straight_road, thing
@@ -79,7 +79,7 @@ def test_words_recall_what_they_mean():
         return [item.solution for item in recall(kept, features(), reading(intent, side))]
 
     assert recalled(GuidanceIntent.OVERTAKE) == [RIGHT, LEFT]
-    assert recalled(GuidanceIntent.OVERTAKE, Side.LEFT) == [LEFT]
+    assert recalled(GuidanceIntent.OVERTAKE, DirectedSide.LEFT) == [LEFT]
     assert recalled(GuidanceIntent.TURN_AROUND) == [REROUTE]
     assert recalled(GuidanceIntent.GO) == [REROUTE, RIGHT, LEFT]
     assert recalled(GuidanceIntent.WAIT) == recalled(GuidanceIntent.NONE) == []

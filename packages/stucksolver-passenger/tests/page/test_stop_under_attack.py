@@ -214,4 +214,6 @@ def test_requests_in_a_pipeline_are_all_answered(here):
             part = one.recv(1 << 16)
             assert part, text[-300:]
             text += part
-    assert [int(line.split()[0]) for line in text.split(b"HTTP/1.1 ")[1:]] == [200, 401, 200]
+    first, refused, last = (int(line.split()[0]) for line in text.split(b"HTTP/1.1 ")[1:])
+    # 429 if the tests before have just used up what this address may fail.
+    assert (first, last) == (200, 200) and refused in (401, 429)

@@ -1,4 +1,4 @@
-"""Decides from several measurements of an angle whether a sensor is turned."""
+"""Decides from several measurements of an angle whether a sensor is miscalibrated."""
 
 from __future__ import annotations
 
@@ -7,20 +7,20 @@ from collections import deque
 
 import numpy as np
 
-AGREE_RAD = math.radians(0.5)
-"""Measurements agree if they differ from their median by no more than this."""
+AGREEMENT_RAD = math.radians(0.5)
+"""Maximum difference from the median of a measurement that agrees (rad). Ours."""
 TURNED_RAD = math.radians(1.2)
-"""A sensor counts as turned if the median is larger. Healthy ones were measured with a median of less than 0.3 degrees;
-tires, crosswind and mounting tolerances may add half a degree on a real vehicle, and half a degree is left.
+"""Median angle above which a sensor counts as turned (rad). Healthy sensors have a measured median below 0.3 degrees.
+Tires, crosswind and mounting tolerances may add 0.5 degrees on a real vehicle, and a margin of 0.5 degrees remains.
 """
 
 
 class AngleConsensus:
-    """The last measurements of an angle. A single one may be far off, so only what nearly all of them say counts.
+    """The last measurements of an angle. A single one may have a large error, so nearly all of them must agree.
 
     Args:
-        measurements: How many are compared.
-        agreeing: How many of them must agree.
+        measurements: Number of measurements that are compared.
+        agreeing: Number of them that must agree.
     """
 
     def __init__(self, measurements: int, agreeing: int) -> None:
@@ -33,10 +33,10 @@ class AngleConsensus:
 
     @property
     def turned_rad(self) -> float | None:
-        """The angle (rad); None if it is small, or not known with certainty."""
+        """Median angle (rad); None if it is small, or if too few measurements agree."""
         if len(self._angles) < (self._angles.maxlen or 0):
             return None
         angles = np.array(self._angles)
         median = float(np.median(angles))
-        agreeing = int((np.abs(angles - median) < AGREE_RAD).sum())
+        agreeing = int((np.abs(angles - median) < AGREEMENT_RAD).sum())
         return median if agreeing >= self._agreeing and abs(median) > TURNED_RAD else None

@@ -1,4 +1,4 @@
-"""The input of perception, and its output for one moment."""
+"""Defines the input of one cycle of perception, and its result."""
 
 from __future__ import annotations
 
@@ -20,42 +20,47 @@ class PerceptionInput:
     """The data of one cycle."""
 
     pose: PoseEstimate
-    """Pose at the moment for which the answer is wanted; its time is the percept's."""
+    """Pose at the time of the result."""
     sweeps: tuple[tuple[LidarSweep, PoseEstimate], ...]
     """The sweeps since the last cycle, each with the pose at its time."""
     picture: CameraFrame | None
-    """A new image, if there is one."""
+    """A new image of the front camera; None without one."""
     picture_pose: PoseEstimate | None
+    """Pose at the time of the image; None without one."""
     heads: Mapping[int, Floats]
-    """Lights on the map that may be in view: boxes of their heads (k, 7), local frame."""
+    """Boxes (k, 7) of the heads of each light on the map that may be in view, by the light's id, in the local frame."""
     rear: tuple[CameraFrame, PoseEstimate] | None = None
-    """A new image of the rear camera, with the pose at its time."""
+    """A new image of the rear camera, with the pose at its time; None without one."""
 
 
 @dataclass(frozen=True, eq=False)
 class PerceptionResult:
-    """What is around at `pose.time_s`; tracks are in the local frame."""
+    """The perceived surroundings at `pose.time_s`."""
 
     pose: PoseEstimate
+    """Pose of the ego."""
     tracks: tuple[Track, ...]
+    """Tracks of the LiDAR in the local frame."""
     attributes: Mapping[int, Attributes]
-    """The camera's attributes of a track, by its id; tracks that it never saw are missing."""
+    """The camera's attributes of tracks, by the track's id. A track without any is missing."""
     lights: Mapping[int, LightState]
-    """The lights that were looked for; `UNKNOWN` if nothing certain is seen."""
+    """The states of the lights in `PerceptionInput.heads`, by id; `UNKNOWN` without a certain one."""
     seen: FreeSpace
-    """In the vehicle frame at `pose`."""
+    """Free space in the vehicle frame at `pose`."""
     far: FarDetections | None
-    """Detections of the last image."""
+    """Detections in the last image of the front camera; None before the first."""
     picture_time_s: float | None
+    """Time of the last image (s); None before the first."""
     far_tracks: tuple[FarTrack, ...] = ()
-    """Vehicles that only the camera tracks, at `pose.time_s`; those that the LiDAR tracks too are in `tracks`."""
+    """Vehicles that only the camera tracks, at `pose.time_s`. Those that the LiDAR tracks too are in `tracks`."""
     far_view: FarView | None = None
-    """What the last images showed; None before the first."""
+    """The last images for sight distances; None before the first."""
     unknown_m: Floats | None = None
-    """(`visibility.AZIMUTHS`,): distance of the nearest tall return that comes from no track; None if not known."""
+    """(`free_space.AZIMUTHS`,): distance of the nearest tall return that belongs to no track (m); None if unknown."""
     lidar_turned_rad: float | None = None
-    """How far the LiDAR is turned to the left (rad), see `lidar/alignment.py`; None if nothing says so."""
+    """Yaw error of the LiDAR, positive to the left (rad); None without a detected one. See
+    `lidar/lidar_miscalibration.py`."""
     camera_turned_rad: float | None = None
-    """The same of the front camera, see `camera/alignment.py`."""
+    """Yaw error of the front camera, likewise. See `camera/camera_miscalibration.py`."""
     stages_ms: Mapping[str, float] = field(default_factory=dict)
-    """Duration of each step (ms)."""
+    """Duration of each stage (ms), by its name."""

@@ -1,13 +1,13 @@
-"""Tracks vehicles that only the camera sees: their range and its rate, image by image.
+"""Tracks vehicles that only the camera detects: their ranges and range rates, from image to image.
 
-The range from one image is off by a tenth or more, and mostly in the same way in each image: the vehicle is larger than
-usual, or the road slopes. The remaining difference between images is small, with a slow drift as more of a vehicle
-comes into view. A filter treats only these two as noise, so that the rate is known after a second or two. The error
-that all images share is added to the output (`FarTrack.range_sd_m`, `rate_sd_mps`).
+The range from one image has an error of a tenth or more. Most of it is the same in each image, because the vehicle is
+larger than usual, or the road slopes. The remaining difference between images is small, with a slow drift as more of a
+vehicle becomes visible. The filter treats only these two as noise, so that the rate is known after a second or two. The
+error that all images share is added to the result (`FarTrack.range_sd_m`, `rate_sd_mps`).
 
-The state has one dimension, along the line of sight. At these ranges a lane of the road is nearly parallel to it; the
-tracks are placed on the lane later (`stucksolver_perception/carla/far_vehicle_reports.py`). The ego's own motion is
-removed with its poses, so that the rate is one over ground.
+The state has one dimension, along the line of sight. At these ranges the lanes of the road are nearly parallel to it.
+The tracks are placed on a lane later (`stucksolver_perception/carla/far_vehicle_reports.py`). The ego's motion is
+removed with its poses, so that the rate is a speed over ground.
 """
 
 from __future__ import annotations
@@ -27,260 +27,295 @@ from stucksolver_perception.tracking import Track
 from stucksolver_perception.vehicle_frame import points_into_vehicle
 
 FIRST_ID = 1_000_000
-"""Ids begin here, far above those of the LiDAR's tracks."""
+"""First id of these tracks, far above those of the LiDAR's tracks."""
 LABELS = (0, 1)
-"""Vehicles and two-wheelers (`far_strip.LABELS`). People this far away do not matter at town speeds."""
+"""Vehicles and two-wheelers (`horizon_strip.LABELS`). Pedestrians at such ranges do not matter at town speeds."""
 NEAREST_M = 40.0
-"""Nearer detections begin no track, and tracks are not told there: the LiDAR finds nearly all, and one in eight of the
-camera's is wrong. What drifts in is mostly something that the LiDAR tracks elsewhere.
-"""
+"""Minimum range of a new or reported track (m). The LiDAR detects nearly all nearer vehicles, and one in eight of the
+camera's nearer detections is false. A track that moves below this range is mostly an object that the LiDAR tracks at
+another position."""
 NOISE_SHARE = 0.05
-"""Standard deviation of the range between consecutive images, as a share of the range."""
+"""Standard deviation of the range between consecutive images, as a share of the range. Ours."""
 DRIFT_SHARE = 0.05
-"""Standard deviation of the drift of one vehicle's range per second, as a share: more of it comes into view."""
+"""Standard deviation of the drift of a vehicle's range per second, as a share of the range: more of the vehicle becomes
+visible. Ours."""
 RATE_SD_MPS = 15.0
-"""Before a rate is measured: 95 % of vehicles are slower than twice this, 108 km/h."""
+"""Standard deviation of the rate before it is measured (m/s): 95 % of vehicles are slower than twice this, 108 km/h."""
 ACCELERATION_MPS2 = 2.0
-"""Standard deviation of the acceleration, as in the LiDAR's tracker for vehicles."""
-ASIDE_M = 0.7
-"""Sideways motion of a vehicle across the line of sight between two images, with bends; three times this is no lane."""
+"""Standard deviation of the acceleration (m/s²), as in the LiDAR's tracker for vehicles."""
+LATERAL_M = 0.7
+"""Standard deviation of a vehicle's motion across the line of sight between two images, with bends (m). Three times
+this is more than the motion in a lane."""
 GATE = 3.0
-"""A detection belongs to a track within this many standard deviations in range and in bearing."""
+"""Maximum number of standard deviations, in range and in bearing, between a detection and its track. Ours."""
 SAME_SDS = 2.5
+"""Number of standard deviations of the range within which a LiDAR track is the same vehicle. Ours."""
 SAME_M = 6.0
-SAME_ASIDE_M = 2.0
-"""A LiDAR track within these standard deviations or meters in range, and this far aside, is the same vehicle."""
-CONFIRMING_HITS = 2
-CONFIRMING_SHARE = 1.0 / 3.0
-"""A vehicle that was found in fewer of the images since its first one is not reported: false ones come in twos. Where
-it was found, sight still ends.
-"""
-STEADY_S, STEADY_LOOKS = 5.0, 15
-"""While the ego stands, a vehicle whose range has not changed over this time, in at least so many looks, stands too."""
-LATEST_LOOKS = 5
-"""Their mean must not differ from that of the others, so that who sets off is noticed soon. Until then, two standard
-deviations of the rate are the speed that it may have reached.
-"""
-LEAST_SCATTER = 0.002
-"""As a share of the range: the detector repeats itself as long as the picture does."""
-SETS_OFF_MPS2 = 2.5
-"""Acceleration of a vehicle that sets off briskly."""
-STANDS_MPS = 0.1
-HANDED_HITS = 10
-"""The LiDAR takes a vehicle over after so many detections, a second: at the edge of its grid it measures speeds of
-20 m/s as 10 to 14 at first.
-"""
+"""Distance in range within which a LiDAR track is the same vehicle in any case (m). Ours."""
+SAME_LATERAL_M = 2.0
+"""Distance across the line of sight within which a LiDAR track is the same vehicle (m). Ours."""
+CONFIRMED_HITS = 2
+"""Minimum number of detections of a reported vehicle. Ours."""
+CONFIRMED_SHARE = 1.0 / 3.0
+"""Minimum share of the images since the first detection in which a reported vehicle was detected, because false
+detections come in twos. Sight ends at the detections in any case."""
+STEADY_S, STEADY_HITS = 5.0, 15
+"""Time (s) and number of detections without a change of range after which a vehicle counts as stopped, while the ego is
+stopped. Ours."""
+LATEST_HITS = 5
+"""Number of latest detections whose mean must not differ from that of the others, so that a starting vehicle is noticed
+soon. Until then, two standard deviations of the rate cover the speed that it may have reached. Ours."""
+MIN_SCATTER = 0.002
+"""Minimum scatter of the ranges, as a share of the range: in identical images the detector gives identical boxes."""
+START_MPS2 = 2.5
+"""Acceleration of a vehicle that starts briskly (m/s²). Ours."""
+STOPPED_MPS = 0.1
+"""Speed below which the ego counts as stopped (m/s). Ours."""
+HANDOVER_HITS = 10
+"""Number of the LiDAR's detections, in one second, after which a vehicle is handed over to the LiDAR. At the edge of
+its grid, the LiDAR first measures speeds of 20 m/s as 10 to 14 m/s."""
 LOST_S = 2.0
-"""A track ends when it has not been detected for this long. Long, since a missed vehicle keeps coming."""
+"""Time without a detection after which a track ends (s). It is long, because a missed oncoming vehicle continues."""
 REFUTED_SDS = 3.0
+"""Number of standard deviations of the range in which the area must be free to end a track. Ours."""
 REFUTED_FROM_M = 6.0
-"""Around the vehicle itself the LiDAR sees nothing."""
-LEAST_TOWARDS, MOST_ODDS = 0.02, 4.0
-"""No look counts for more than 0.98, and all together for no more than this log odds: looks repeat their mistakes."""
+"""Minimum range of that area (m): around the ego the LiDAR measures nothing."""
+MIN_TOWARDS, MAX_ODDS = 0.02, 4.0
+"""Minimum probability of either side, front or rear, from one image, and maximum log odds of all images together,
+because errors repeat from image to image. Ours."""
 
 
 @dataclass(frozen=True, eq=False)
 class FarTrack:
-    """One vehicle that the camera tracks, at `time_s`."""
+    """A vehicle that the camera tracks, at `time_s`."""
 
     id: int
-    """Never that of a LiDAR track, and never used twice by one tracker."""
+    """Id that no LiDAR track has. One tracker never uses it twice."""
     time_s: float
     label: int
-    """Index into `far_strip.LABELS`."""
+    """Index into `horizon_strip.LABELS`."""
     score: float
-    """Mean of its detections' scores."""
+    """Mean score of its detections."""
     x_m: float
     y_m: float
-    """Its center at the most likely range, local frame (m)."""
+    """Position of its center at the most likely range, in the local frame (m)."""
     bearing_rad: float
-    """Direction in the local frame from the camera to it (rad)."""
+    """Direction from the camera to the vehicle in the local frame (rad)."""
     range_m: float
     """Range from the camera (m)."""
     range_sd_m: float
+    """Standard deviation of the range (m)."""
     rate_mps: float
     """Velocity over ground along the bearing (m/s); negative toward the ego."""
     rate_sd_mps: float
+    """Standard deviation of the rate (m/s)."""
     towards: float
     """Probability that its front is visible."""
     first_seen_s: float
+    """Time of the first detection (s)."""
     last_seen_s: float
+    """Time of the last detection (s)."""
     hits: int
+    """Number of detections."""
 
 
-def is_refuted(track: FarTrack, seen: FreeSpace, pose: PoseEstimate) -> bool:
-    """True if the LiDAR saw that nobody is where the track may be: along its bearing, `REFUTED_SDS` around its range.
+def is_refuted(track: FarTrack, free_space: FreeSpace, pose: PoseEstimate) -> bool:
+    """Return True if the LiDAR proves that the area of a track is free: its bearing, `REFUTED_SDS` around its range.
 
-    False ones begin with detections of things nearby, whose range is taken for too long, and drift in. `seen` is in the
-    vehicle frame at `pose`.
+    A false track begins with detections of nearby objects whose range is overestimated, and moves nearer. The free
+    space is in the vehicle frame at `pose`.
     """
     reach = REFUTED_SDS * track.range_sd_m
-    along = np.arange(max(track.range_m - reach, REFUTED_FROM_M), track.range_m + reach, CELL_M)
-    if not len(along):
+    ranges = np.arange(max(track.range_m - reach, REFUTED_FROM_M), track.range_m + reach, CELL_M)
+    if not len(ranges):
         return False
-    off = along - track.range_m
+    offsets = ranges - track.range_m
     line = np.array([math.cos(track.bearing_rad), math.sin(track.bearing_rad)])
-    x, y = points_into_vehicle(np.array([track.x_m, track.y_m]) + off[:, None] * line, pose).T
-    return bool(seen.is_proven_free(x, y).all())
+    x, y = points_into_vehicle(np.array([track.x_m, track.y_m]) + offsets[:, None] * line, pose).T
+    return bool(free_space.is_proven_free(x, y).all())
 
 
 @dataclass(eq=False)
-class _Body:
+class _Filter:
+    """The filter of one vehicle."""
+
     id: int
     x: Floats
     """(2,): range (m), rate over ground (m/s)."""
     p: Floats
+    """(2, 2): covariance of `x`."""
     time_s: float
     bearing: float
-    """Local frame."""
-    at: Floats
-    """(2,): position of the camera at `time_s`, local frame."""
+    """Bearing in the local frame (rad)."""
+    camera: Floats
+    """(2,): position of the camera at `time_s` in the local frame (m)."""
     label: int
     first_seen_s: float
     last_seen_s: float
     bias: float
     """Standard deviation of the error common to all its ranges, as a share of the range."""
-    own_mps: float
-    """The ego's speed along the bearing at the last detection."""
+    ego_mps: float
+    """Speed of the ego along the bearing at the last detection (m/s)."""
     scores: float = 0.0
+    """Sum of the detections' scores."""
     odds: float = 0.0
+    """Log odds that the front is visible."""
     hits: int = 0
-    looks: int = 1
-    """Images since the first detection, with it."""
+    """Number of detections."""
+    images: int = 1
+    """Number of images since the first detection, including it."""
     steady: list[tuple[float, float]] = field(default_factory=list)
-    """Times (s) and ranges (m) of the last detections while the ego stands."""
+    """Times (s) and ranges (m) of the last detections while the ego is stopped."""
 
 
 @dataclass(frozen=True, eq=False)
 class _FarCandidates:
-    """Detections of one image that may be far vehicles; equal lengths."""
+    """Detections in one image that may be far vehicles; equal lengths n."""
 
     time_s: float
-    at: Floats
-    """(2,): position of the camera, local frame."""
+    camera: Floats
+    """(2,): position of the camera in the local frame (m)."""
     range_m: Floats
+    """(n,): range from the camera (m)."""
     sd_m: Floats
+    """(n,): standard deviation of the range (m)."""
     bearing: Floats
+    """(n,): bearing in the local frame (rad)."""
     label: Floats
+    """(n,): index into `horizon_strip.LABELS`."""
     score: Floats
+    """(n,): score of the detection."""
     towards: Floats
-    own_mps: Floats
-    """The ego's speed along the bearing."""
-    stands: bool
-    """True if the ego does."""
+    """(n,): probability that the front is visible."""
+    ego_mps: Floats
+    """(n,): speed of the ego along the bearing (m/s)."""
+    ego_is_stopped: bool
+    """True if the ego is stopped."""
 
 
 class FarTracker:
-    """Call `update` with each image's detections, and `tracks` whenever they are wanted."""
+    """Tracker of far vehicles. Call `update` with each image's detections, and `tracks` at any time."""
 
     def __init__(self, rig: CameraRig, model: RangeModel) -> None:
-        # The first import takes a while: not in the first look.
+        # The first import takes long. It happens here so that it does not delay the first image.
         import filterpy.kalman  # type: ignore[import-untyped]  # noqa: F401
 
         self._rig, self._model = rig, model
-        self._bodies: list[_Body] = []
-        self._next = FIRST_ID
-        self._with_own: set[int] = set()
+        self._filters: list[_Filter] = []
+        self._next_id = FIRST_ID
+        self._detected_lidar_ids: set[int] = set()
+        """Ids of the LiDAR tracks that the last image showed too."""
 
-    def update(self, found: FarDetections, pose: PoseEstimate, lidar: Sequence[Track]) -> None:
+    def update(self, detections: FarDetections, pose: PoseEstimate, lidar: Sequence[Track]) -> None:
         """Add one image.
 
         Args:
-            found: From `FarDetector.detect`; later than before.
-            pose: The vehicle's pose at `found.time_s`.
-            lidar: The LiDAR's tracks at about the same time; each explains at most one detection, which is then left to
-                it.
+            detections: From `FarDetector.detect`; later than those before.
+            pose: The vehicle's pose at `detections.time_s`.
+            lidar: The LiDAR's tracks at about the same time. Each explains at most one detection, which does not count
+                here.
         """
-        seen = self._seen(found, pose)
-        for body in self._bodies:
-            _predict(body, seen.time_s, seen.at)
-            body.looks += 1
-        explained = _same(seen.bearing, seen.range_m, seen.sd_m, lidar, seen.at, seen.time_s)
-        self._with_own = {lidar[k].id for k in explained.values()}
-        left = [j for j in range(len(seen.range_m)) if j not in explained]
-        taken = self._assign(seen, left)
-        for i, j in taken.items():
-            _update(self._bodies[i], seen, j)
-        for j in set(left) - set(taken.values()):
-            if seen.range_m[j] >= NEAREST_M:
-                self._bodies.append(_born(self._next, seen, j))
-                self._next += 1
-        self._bodies = [body for body in self._bodies if seen.time_s - body.last_seen_s <= LOST_S]
+        candidates = self._candidates(detections, pose)
+        for state in self._filters:
+            _predict(state, candidates.time_s, candidates.camera)
+            state.images += 1
+        explained = _match_lidar(
+            candidates.bearing, candidates.range_m, candidates.sd_m, lidar, candidates.camera, candidates.time_s
+        )
+        self._detected_lidar_ids = {lidar[k].id for k in explained.values()}
+        unexplained = [j for j in range(len(candidates.range_m)) if j not in explained]
+        assigned = self._assign(candidates, unexplained)
+        for i, j in assigned.items():
+            _update(self._filters[i], candidates, j)
+        for j in set(unexplained) - set(assigned.values()):
+            if candidates.range_m[j] >= NEAREST_M:
+                self._filters.append(_new_filter(self._next_id, candidates, j))
+                self._next_id += 1
+        self._filters = [state for state in self._filters if candidates.time_s - state.last_seen_s <= LOST_S]
 
     def tracks(self, time_s: float, lidar: Sequence[Track]) -> tuple[FarTrack, ...]:
         """Return all tracks at a time (s) not before the last image, except near ones.
 
-        A track whose place the LiDAR has tracked for a second is handed over and no longer reported. If the last image
-        showed both the LiDAR's and another vehicle there, the track is the other one and stays.
+        A track that the LiDAR has tracked for a second at the same position is handed over and no longer reported. If
+        the last image showed both the LiDAR's vehicle and another one there, the track is the other one and continues.
         """
-        lidar = [track for track in lidar if track.hits >= HANDED_HITS]
-        without_own = [track for track in lidar if track.id not in self._with_own]
-        shown = [body for body in self._bodies if body.last_seen_s == body.time_s]
-        rest = [body for body in self._bodies if body.last_seen_s != body.time_s]
-        self._bodies = _left_over(shown, without_own, time_s) + _left_over(rest, lidar, time_s)
-        # A vehicle that was detected once may be false.
-        told = (_told(body, time_s) for body in self._bodies if _is_confirmed(body))
-        return tuple(track for track in told if track.range_m + track.range_sd_m > NEAREST_M)
+        lidar = [track for track in lidar if track.hits >= HANDOVER_HITS]
+        undetected = [track for track in lidar if track.id not in self._detected_lidar_ids]
+        in_last_image = [state for state in self._filters if state.last_seen_s == state.time_s]
+        missed = [state for state in self._filters if state.last_seen_s != state.time_s]
+        self._filters = _not_handed_over(in_last_image, undetected, time_s) + _not_handed_over(missed, lidar, time_s)
+        # A vehicle that was detected only once may be false.
+        tracks = (_to_track(state, time_s) for state in self._filters if _is_confirmed(state))
+        return tuple(track for track in tracks if track.range_m + track.range_sd_m > NEAREST_M)
 
-    def _seen(self, found: FarDetections, pose: PoseEstimate) -> _FarCandidates:
-        part = found.part(np.isin(found.label, LABELS))
+    def _candidates(self, detections: FarDetections, pose: PoseEstimate) -> _FarCandidates:
+        part = detections.part(np.isin(detections.label, LABELS))
         places, mount = far_places(part, self._rig, self._model), self._rig.mount
-        away = places.xy - np.array([mount.x_m, mount.y_m])
+        offset = places.xy - np.array([mount.x_m, mount.y_m])
         c, n = math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
-        at = np.array([pose.x_m + c * mount.x_m - n * mount.y_m, pose.y_m + n * mount.x_m + c * mount.y_m])
-        bearing = np.arctan2(away[:, 1], away[:, 0]) + pose.yaw_rad
-        ranges = (places.range_m, places.range_sigma_m, bearing)
-        own = pose.speed_mps * np.cos(bearing - pose.yaw_rad)
-        stands = abs(pose.speed_mps) < STANDS_MPS
-        return _FarCandidates(part.time_s, at, *ranges, part.label.astype(float), part.score, part.towards, own, stands)
+        camera = np.array([pose.x_m + c * mount.x_m - n * mount.y_m, pose.y_m + n * mount.x_m + c * mount.y_m])
+        bearing = np.arctan2(offset[:, 1], offset[:, 0]) + pose.yaw_rad
+        return _FarCandidates(
+            part.time_s,
+            camera,
+            places.range_m,
+            places.range_sigma_m,
+            bearing,
+            part.label.astype(float),
+            part.score,
+            part.towards,
+            pose.speed_mps * np.cos(bearing - pose.yaw_rad),
+            abs(pose.speed_mps) < STOPPED_MPS,
+        )
 
-    def _assign(self, seen: _FarCandidates, left: list[int]) -> dict[int, int]:
-        """Return which detection belongs to which body, both by index."""
-        if not self._bodies or not left:
+    def _assign(self, candidates: _FarCandidates, unexplained: list[int]) -> dict[int, int]:
+        """Return the detection of each filter that has one, both as indices."""
+        if not self._filters or not unexplained:
             return {}
-        state = np.array([(b.x[0], math.sqrt(b.p[0, 0]), b.bearing) for b in self._bodies])
-        place, sd, bearing = (state[:, k, None] for k in range(3))
-        range_m = seen.range_m[left]
-        along = (place - range_m) / np.hypot(sd, NOISE_SHARE * range_m)
-        aside = COLUMN_SIGMA_PX / self._rig.focal_px + ASIDE_M / np.maximum(place, 1.0)
-        across = _wrapped(bearing - seen.bearing[left]) / aside
-        # A detection further off than noise explains, but within the range error, begins no second track.
-        near = (abs(along) < GATE) | (abs(place - range_m) < SAME_SDS * seen.sd_m[left])
+        states = np.array([(state.x[0], math.sqrt(state.p[0, 0]), state.bearing) for state in self._filters])
+        predicted_m, sd, bearing = (states[:, k, None] for k in range(3))
+        range_m = candidates.range_m[unexplained]
+        along = (predicted_m - range_m) / np.hypot(sd, NOISE_SHARE * range_m)
+        lateral_rad = COLUMN_SIGMA_PX / self._rig.focal_px + LATERAL_M / np.maximum(predicted_m, 1.0)
+        across = _wrapped(bearing - candidates.bearing[unexplained]) / lateral_rad
+        # A detection beyond the noise, but within the range error, begins no second track.
+        is_near = (abs(along) < GATE) | (abs(predicted_m - range_m) < SAME_SDS * candidates.sd_m[unexplained])
         cost = along**2 + across**2
-        return {i: left[j] for i, j in _pairs(np.where(near & (abs(across) < GATE), cost, np.inf))}
+        return {i: unexplained[j] for i, j in _pairs(np.where(is_near & (abs(across) < GATE), cost, np.inf))}
 
 
-def _is_confirmed(body: _Body) -> bool:
-    return body.hits >= CONFIRMING_HITS and body.hits >= CONFIRMING_SHARE * body.looks
+def _is_confirmed(state: _Filter) -> bool:
+    return state.hits >= CONFIRMED_HITS and state.hits >= CONFIRMED_SHARE * state.images
 
 
-def _left_over(bodies: list[_Body], lidar: Sequence[Track], time_s: float) -> list[_Body]:
-    """Return those at whose place the LiDAR tracks nothing."""
-    if not bodies or not lidar:
-        return bodies
-    told = [_told(body, time_s) for body in bodies]
-    bearing, range_m, sd_m = np.array([(item.bearing_rad, item.range_m, item.range_sd_m) for item in told]).T
-    handed = _same(bearing, range_m, sd_m, lidar, bodies[0].at, time_s)
-    return [body for i, body in enumerate(bodies) if i not in handed]
+def _not_handed_over(filters: list[_Filter], lidar: Sequence[Track], time_s: float) -> list[_Filter]:
+    """Return the filters at whose positions the LiDAR has no track."""
+    if not filters or not lidar:
+        return filters
+    tracks = [_to_track(state, time_s) for state in filters]
+    bearing, range_m, sd_m = np.array([(track.bearing_rad, track.range_m, track.range_sd_m) for track in tracks]).T
+    handed_over = _match_lidar(bearing, range_m, sd_m, lidar, filters[0].camera, time_s)
+    return [state for i, state in enumerate(filters) if i not in handed_over]
 
 
-def _same(
-    bearing: Floats, range_m: Floats, sd_m: Floats, lidar: Sequence[Track], at: Floats, time_s: float
+def _match_lidar(
+    bearing: Floats, range_m: Floats, sd_m: Floats, lidar: Sequence[Track], camera: Floats, time_s: float
 ) -> dict[int, int]:
-    """Match far objects to LiDAR tracks, by index; each at most once."""
+    """Return the LiDAR track of each far object that has one, both as indices; each at most once."""
     if not len(range_m) or not lidar:
         return {}
     rows = [(t.x_m + t.vx_mps * (time_s - t.time_s), t.y_m + t.vy_mps * (time_s - t.time_s)) for t in lidar]
-    away = np.array(rows) - at
-    place = np.hypot(away[:, 0], away[:, 1])[None]
-    aside = np.abs(_wrapped(bearing[:, None] - np.arctan2(away[:, 1], away[:, 0])[None])) * place
-    along = np.abs(range_m[:, None] - place)
+    offset = np.array(rows) - camera
+    lidar_range_m = np.hypot(offset[:, 0], offset[:, 1])[None]
+    bearing_error = np.abs(_wrapped(bearing[:, None] - np.arctan2(offset[:, 1], offset[:, 0])[None]))
+    lateral_m = bearing_error * lidar_range_m
+    along = np.abs(range_m[:, None] - lidar_range_m)
     reach = np.maximum(SAME_SDS * sd_m, SAME_M)[:, None]
-    return dict(_pairs(np.where((aside < SAME_ASIDE_M) & (along < reach), along / reach + aside, np.inf)))
+    return dict(_pairs(np.where((lateral_m < SAME_LATERAL_M) & (along < reach), along / reach + lateral_m, np.inf)))
 
 
 def _pairs(cost: Floats) -> Iterable[tuple[int, int]]:
-    """Return matching rows and columns, the cheapest pair first; infinite costs never match."""
+    """Yield matching rows and columns, the cheapest pair first; infinite costs never match."""
     cost = cost.copy()
     while cost.size and np.isfinite(cost).any():
         i, j = (int(k) for k in np.unravel_index(int(cost.argmin()), cost.shape))
@@ -288,108 +323,113 @@ def _pairs(cost: Floats) -> Iterable[tuple[int, int]]:
         cost[i], cost[:, j] = np.inf, np.inf
 
 
-def _born(number: int, seen: _FarCandidates, j: int) -> _Body:
-    range_m = float(seen.range_m[j])
+def _new_filter(number: int, candidates: _FarCandidates, j: int) -> _Filter:
+    range_m = float(candidates.range_m[j])
     p = np.diag([(NOISE_SHARE * range_m) ** 2, RATE_SD_MPS**2])
-    body = _Body(
+    state = _Filter(
         number,
         np.array([range_m, 0.0]),
         p,
-        seen.time_s,
-        float(seen.bearing[j]),
-        seen.at,
-        int(seen.label[j]),
-        seen.time_s,
-        seen.time_s,
-        float(seen.sd_m[j]) / range_m,
-        float(seen.own_mps[j]),
+        candidates.time_s,
+        float(candidates.bearing[j]),
+        candidates.camera,
+        int(candidates.label[j]),
+        candidates.time_s,
+        candidates.time_s,
+        float(candidates.sd_m[j]) / range_m,
+        float(candidates.ego_mps[j]),
     )
-    _note(body, seen, j)
-    return body
+    _add_hit(state, candidates, j)
+    return state
 
 
 def _transition(dt: float, range_m: float) -> tuple[Floats, Floats]:
-    """Return matrix and process noise of a step of `dt` s: constant velocity with white noise; ranges drift."""
+    """Return matrix and process noise of a step of `dt` s: constant velocity with white noise, and drift of the
+    range.
+    """
     noise = ACCELERATION_MPS2**2 * np.array([[dt**3 / 3.0, dt**2 / 2.0], [dt**2 / 2.0, dt]])
     noise[0, 0] += (DRIFT_SHARE * range_m) ** 2 * dt
     return np.array([[1.0, dt], [0.0, 1.0]]), noise
 
 
-def _predict(body: _Body, time_s: float, at: Floats) -> None:
-    """Predict a body to a time at which the camera is elsewhere."""
+def _predict(state: _Filter, time_s: float, camera: Floats) -> None:
+    """Predict a filter to a time at which the camera is at another position."""
     from filterpy.kalman import predict as kalman_predict
 
-    body.x, body.p = kalman_predict(body.x, body.p, *_transition(time_s - body.time_s, float(body.x[0])))
-    line = np.array([math.cos(body.bearing), math.sin(body.bearing)])
-    away = body.at + float(body.x[0]) * line - at
-    body.x = np.array([math.hypot(*away), body.x[1]])
-    body.bearing, body.at, body.time_s = math.atan2(away[1], away[0]), at, time_s
+    state.x, state.p = kalman_predict(state.x, state.p, *_transition(time_s - state.time_s, float(state.x[0])))
+    line = np.array([math.cos(state.bearing), math.sin(state.bearing)])
+    offset = state.camera + float(state.x[0]) * line - camera
+    state.x = np.array([math.hypot(*offset), state.x[1]])
+    state.bearing, state.camera, state.time_s = math.atan2(offset[1], offset[0]), camera, time_s
 
 
-def _update(body: _Body, seen: _FarCandidates, j: int) -> None:
+def _update(state: _Filter, candidates: _FarCandidates, j: int) -> None:
     from filterpy.kalman import update as kalman_update
 
-    range_m = float(seen.range_m[j])
-    # A measurement further off than noise explains counts for less.
-    noise = max((NOISE_SHARE * range_m) ** 2, (range_m - float(body.x[0])) ** 2 / GATE**2)
-    body.x, body.p = kalman_update(body.x, body.p, range_m, noise, np.array([[1.0, 0.0]]))
-    body.bearing, body.last_seen_s, body.own_mps = float(seen.bearing[j]), seen.time_s, float(seen.own_mps[j])
-    body.bias += (float(seen.sd_m[j]) / range_m - body.bias) / (body.hits + 1)
-    _note(body, seen, j)
+    range_m = float(candidates.range_m[j])
+    # A measurement beyond the noise has less weight.
+    noise = max((NOISE_SHARE * range_m) ** 2, (range_m - float(state.x[0])) ** 2 / GATE**2)
+    state.x, state.p = kalman_update(state.x, state.p, range_m, noise, np.array([[1.0, 0.0]]))
+    state.bearing, state.last_seen_s = float(candidates.bearing[j]), candidates.time_s
+    state.ego_mps = float(candidates.ego_mps[j])
+    # The mean uses the number of hits before this one, so `_add_hit` comes last.
+    state.bias += (float(candidates.sd_m[j]) / range_m - state.bias) / (state.hits + 1)
+    _add_hit(state, candidates, j)
 
 
-def _note(body: _Body, seen: _FarCandidates, j: int) -> None:
-    share = min(max(float(seen.towards[j]), LEAST_TOWARDS), 1.0 - LEAST_TOWARDS)
-    body.odds = min(MOST_ODDS, max(-MOST_ODDS, body.odds + math.log(share / (1.0 - share))))
-    body.scores, body.hits = body.scores + float(seen.score[j]), body.hits + 1
-    since_s = seen.time_s - STEADY_S if seen.stands else math.inf
-    body.steady = [item for item in (*body.steady, (seen.time_s, float(seen.range_m[j]))) if item[0] >= since_s]
+def _add_hit(state: _Filter, candidates: _FarCandidates, j: int) -> None:
+    share = min(max(float(candidates.towards[j]), MIN_TOWARDS), 1.0 - MIN_TOWARDS)
+    state.odds = min(MAX_ODDS, max(-MAX_ODDS, state.odds + math.log(share / (1.0 - share))))
+    state.scores, state.hits = state.scores + float(candidates.score[j]), state.hits + 1
+    since_s = candidates.time_s - STEADY_S if candidates.ego_is_stopped else math.inf
+    ranges = (*state.steady, (candidates.time_s, float(candidates.range_m[j])))
+    state.steady = [item for item in ranges if item[0] >= since_s]
 
 
-def _steady_rate(body: _Body) -> tuple[float, float] | None:
-    """Return the rate (m/s) of a vehicle that stands, and its standard deviation; None if it may move."""
-    if len(body.steady) < STEADY_LOOKS:
+def _steady_rate(state: _Filter) -> tuple[float, float] | None:
+    """Return the rate of a stopped vehicle and its standard deviation (m/s); None if the vehicle may move."""
+    if len(state.steady) < STEADY_HITS:
         return None
-    times, ranges = np.array(body.steady).T
+    times, ranges = np.array(state.steady).T
     times = times - times.mean()
     spread = float(times @ times)
     rate = float(times @ ranges) / spread
-    scatter = max(float((ranges - ranges.mean() - rate * times).std()), LEAST_SCATTER * float(body.x[0]))
-    # Consecutive looks err alike, so that two say little more than one.
+    scatter = max(float((ranges - ranges.mean() - rate * times).std()), MIN_SCATTER * float(state.x[0]))
+    # Consecutive detections have similar errors, so that two of them count as one.
     sd = scatter * math.sqrt(2.0 / spread)
-    shift = float(ranges[-LATEST_LOOKS:].mean() - ranges[:-LATEST_LOOKS].mean())
-    noticed_m = SAME_SDS * scatter * math.sqrt(2.0 / LATEST_LOOKS)
+    shift = float(ranges[-LATEST_HITS:].mean() - ranges[:-LATEST_HITS].mean())
+    noticed_m = SAME_SDS * scatter * math.sqrt(2.0 / LATEST_HITS)
     if abs(rate) > SAME_SDS * sd or abs(shift) > noticed_m:
         return None
-    # The mean of the latest looks is half their time old.
-    late_s = LATEST_LOOKS / 2.0 * float(np.diff(times).mean())
-    reached_mps = math.sqrt(2.0 * SETS_OFF_MPS2 * noticed_m) + SETS_OFF_MPS2 * late_s
+    # The mean of the latest detections has half the age of the first of them.
+    late_s = LATEST_HITS / 2.0 * float(np.diff(times).mean())
+    reached_mps = math.sqrt(2.0 * START_MPS2 * noticed_m) + START_MPS2 * late_s
     return rate, math.hypot(sd, reached_mps / 2.0)
 
 
-def _told(body: _Body, time_s: float) -> FarTrack:
-    ahead = replace(body)
-    _predict(ahead, time_s, body.at)
-    range_m = max(float(ahead.x[0]), 1.0)
-    known = _steady_rate(body)
-    rate, rate_sd = known or (float(ahead.x[1]), math.sqrt(ahead.p[1, 1]))
-    # A range that is off by some share makes its rate off by the same share.
+def _to_track(state: _Filter, time_s: float) -> FarTrack:
+    predicted = replace(state)
+    _predict(predicted, time_s, state.camera)
+    range_m = max(float(predicted.x[0]), 1.0)
+    steady_rate = _steady_rate(state)
+    rate, rate_sd = steady_rate or (float(predicted.x[1]), math.sqrt(predicted.p[1, 1]))
+    # A relative error of the range causes the same relative error of its rate.
     return FarTrack(
-        id=body.id,
+        id=state.id,
         time_s=time_s,
-        label=body.label,
-        score=body.scores / body.hits,
-        x_m=float(ahead.at[0]) + range_m * math.cos(ahead.bearing),
-        y_m=float(ahead.at[1]) + range_m * math.sin(ahead.bearing),
-        bearing_rad=ahead.bearing,
+        label=state.label,
+        score=state.scores / state.hits,
+        x_m=float(predicted.camera[0]) + range_m * math.cos(predicted.bearing),
+        y_m=float(predicted.camera[1]) + range_m * math.sin(predicted.bearing),
+        bearing_rad=predicted.bearing,
         range_m=range_m,
-        range_sd_m=math.hypot(math.sqrt(ahead.p[0, 0]), body.bias * range_m),
+        range_sd_m=math.hypot(math.sqrt(predicted.p[0, 0]), state.bias * range_m),
         rate_mps=rate,
-        rate_sd_mps=math.hypot(rate_sd, body.bias * (rate - body.own_mps)),
-        towards=1.0 / (1.0 + math.exp(-body.odds)),
-        first_seen_s=body.first_seen_s,
-        last_seen_s=body.last_seen_s,
-        hits=body.hits,
+        rate_sd_mps=math.hypot(rate_sd, state.bias * (rate - state.ego_mps)),
+        towards=1.0 / (1.0 + math.exp(-state.odds)),
+        first_seen_s=state.first_seen_s,
+        last_seen_s=state.last_seen_s,
+        hits=state.hits,
     )
 
 

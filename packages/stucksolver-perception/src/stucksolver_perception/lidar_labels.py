@@ -1,13 +1,11 @@
-"""The LiDAR's classes. Finer kinds (ambulance, flagger, bag or rock) are the camera's task."""
+"""Defines the classes of the LiDAR detector. Finer kinds (ambulance, flagger, bag or rock) are the camera's task."""
 
 from __future__ import annotations
 
 from stucksolver.scene import ObjectKind
 
 LABELS = ("car", "truck", "two_wheeler", "pedestrian", "animal", "cone", "barrier", "debris")
-"""Names of the detector's classes; `truck` is every large vehicle (van, truck, bus), `debris` everything small on
-the road.
-"""
+"""Names of the classes. `truck` is any large vehicle (van, truck, bus), `debris` any small object on the road."""
 
 KIND_OF_LABEL = (
     ObjectKind.CAR,
@@ -19,7 +17,7 @@ KIND_OF_LABEL = (
     ObjectKind.BARRIER,
     ObjectKind.DEBRIS,
 )
-"""The kind of a detection as long as the camera gives nothing finer."""
+"""Kind of each class, which applies if the camera gives no finer one."""
 
 LABEL_OF_KIND = {
     ObjectKind.CAR: 0,
@@ -40,6 +38,6 @@ LABEL_OF_KIND = {
     ObjectKind.LITTER: 7,
     ObjectKind.DEBRIS: 7,
 }
-"""For training and for scores. `prop` and `unknown` have none: they are neither trained nor counted as errors."""
+"""Class of each kind, for training and scores. `prop` and `unknown` have none; they are neither trained nor scored."""
 LARGE_EMERGENCY_M = 6.0
-"""An emergency vehicle longer than this is a `truck` to the LiDAR."""
+"""Length from which an emergency vehicle has the class `truck` (m). Ours."""

@@ -1,4 +1,4 @@
-"""The sensors' measurements, each with its time; arrays are not copied and must not be written to."""
+"""Defines the sensors' measurements, each with its time. Arrays are not copied and must not be written to."""
 
 from __future__ import annotations
 
@@ -9,13 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
+"""Array of double-precision numbers."""
 Singles = NDArray[np.float32]
+"""Array of single-precision numbers."""
 Pixels = NDArray[np.uint8]
+"""Array of an image's values, 0 to 255."""
 
 
 @dataclass(frozen=True, eq=False)
 class LidarSweep:
-    """The points of one LiDAR measurement (in CARLA: one tick, a part of a turn)."""
+    """The points of one LiDAR measurement. In CARLA it belongs to one tick, and is a part of a turn."""
 
     time_s: float
     points: Singles
@@ -28,14 +31,14 @@ class CameraFrame:
 
     time_s: float
     rgb: Pixels
-    """(height, width, 3)."""
+    """(height, width, 3): the image as RGB."""
     covered: NDArray[np.bool_] | None = None
-    """(rows, columns): the image in equal cells, True where dirt is on the lens; None if none is known."""
+    """(rows, columns): the image in equal cells, True for dirt on the lens; None without detected dirt."""
 
 
 @dataclass(frozen=True)
 class GnssFix:
-    """A satellite position in the local frame, of the receiver at the vehicle's reference point."""
+    """A satellite fix of the receiver at the vehicle's reference point, in the local frame."""
 
     time_s: float
     x_m: float
@@ -50,14 +53,14 @@ class ImuSample:
     time_s: float
     acceleration_mps2: tuple[float, float, float]
     rotation_rps: tuple[float, float, float]
-    """About x, y and z; the last is the yaw rate, positive to the left."""
+    """Turn rates about x, y and z (rad/s). The last one is the yaw rate, positive to the left."""
     compass_rad: float | None = None
-    """Yaw in the local frame from the magnetic field, counter-clockwise from x; None without a compass."""
+    """Yaw in the local frame from the magnetic field, counter-clockwise from x (rad); None without a compass."""
 
 
 @dataclass(frozen=True)
 class WheelSpeed:
-    """Speed along the heading by the wheels; negative in reverse."""
+    """Speed along the heading from the wheels; negative in reverse."""
 
     time_s: float
     speed_mps: float
@@ -73,37 +76,38 @@ class PoseEstimate:
     z_m: float
     yaw_rad: float
     speed_mps: float
-    """Along the heading."""
+    """Speed along the heading (m/s)."""
     yaw_rate_rps: float
     covariance: Floats
-    """(4, 4) of x, y (m), yaw (rad), speed (m/s)."""
+    """(4, 4): covariance of x, y (m), yaw (rad) and speed (m/s)."""
 
 
 @dataclass(frozen=True, eq=False)
 class Detections:
-    """Boxes detected in the sensors' data of one moment, in the vehicle frame at `time_s`; equal lengths n."""
+    """Boxes detected in the sensors' data at `time_s`, in the vehicle frame of that time; equal lengths n."""
 
     time_s: float
     label: NDArray[np.int64]
     """(n,): index into `stucksolver_perception.lidar_labels.LABELS`."""
     score: Floats
-    """(n,): 0 to 1, calibrated as the share of such boxes that are right."""
+    """(n,): 0 to 1, calibrated as the share of such boxes that are correct."""
     center: Floats
-    """(n, 3): the middle of the box (m)."""
+    """(n, 3): center of the box (m)."""
     size: Floats
     """(n, 3): length, width, height (m)."""
     yaw: Floats
-    """(n,)."""
+    """(n,): yaw (rad)."""
     velocity: Floats
-    """(n, 2): over ground (not relative to the ego), along the vehicle frame's x and y (m/s)."""
+    """(n, 2): velocity over ground, not relative to the ego, along the vehicle frame's x and y (m/s)."""
     height_known: NDArray[np.bool_] | None = None
-    """(n,): True where the height was measured (`lidar/low.py`) and not guessed; None if it was nowhere."""
+    """(n,): True if the height was measured (`lidar/refinement/debris_height.py`) and not estimated by the network;
+    None if no height was."""
 
     def __len__(self) -> int:
         return len(self.label)
 
     def part(self, which: NDArray[Any]) -> Detections:
-        """Return some of them, by a mask or by indices."""
+        """Return some of the boxes, selected with a mask or with indices."""
         return Detections(
             self.time_s,
             self.label[which],

@@ -1,4 +1,4 @@
-"""Trained networks from disk: a file of weights beside a card that describes it. Checked once, at start."""
+"""Loads trained networks from disk and checks them once, at start: a file of weights, and a card that describes it."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from typing import Any
 DATA = Path(__file__).parent / "camera" / "data"
 """Folder of the weights and cards that ship with the package."""
 REMEDY = "reinstall stucksolver, or train the network again and copy both files"
+"""What a user can do about a broken file; the end of each message."""
 
 
 class NetworkFileError(RuntimeError):
@@ -20,25 +21,25 @@ def load_card(card: Path, version: int) -> dict[str, Any]:
     """Read the card of a network.
 
     Args:
-        card: A JSON file that holds at least `version` and `sha256` (of the weights).
-        version: Version of the network's inputs and outputs that the code can use.
+        card: A JSON file with at least `version` and `sha256` (of the weights).
+        version: Version of the network's inputs and outputs that the code supports.
 
     Raises:
-        WeightsError: The file is missing, is not a card, or is one of another version.
+        NetworkFileError: The file is missing, is not a card, or has another version.
     """
     try:
-        told = json.loads(card.read_text(encoding="utf-8"))
+        content = json.loads(card.read_text(encoding="utf-8"))
     except OSError as error:
         raise NetworkFileError(f"{card}: the network's card cannot be read ({error.strerror}); {REMEDY}") from error
     except ValueError as error:
         raise NetworkFileError(f"{card}: the network's card is damaged ({error}); {REMEDY}") from error
-    if not isinstance(told, dict) or "sha256" not in told:
+    if not isinstance(content, dict) or "sha256" not in content:
         raise NetworkFileError(f"{card}: the network's card is damaged (no checksum of its weights); {REMEDY}")
-    if told.get("version") != version:
+    if content.get("version") != version:
         raise NetworkFileError(
-            f"{card}: the network has version {told.get('version')}; version {version} is needed; {REMEDY}"
+            f"{card}: the network has version {content.get('version')}; expected version {version}; {REMEDY}"
         )
-    return told
+    return content
 
 
 def load_session(file: Path, card: Path, version: int, threads: int = 1) -> tuple[Any, dict[str, Any]]:
@@ -54,25 +55,25 @@ def load_session(file: Path, card: Path, version: int, threads: int = 1) -> tupl
         The `onnxruntime.InferenceSession` and the content of the card.
 
     Raises:
-        WeightsError: A file is missing, damaged or of another version.
+        NetworkFileError: A file is missing, damaged or has another version.
     """
-    told = load_card(card, version)
+    content = load_card(card, version)
     try:
         data = file.read_bytes()
     except OSError as error:
         raise NetworkFileError(f"{file}: the network's weights cannot be read ({error.strerror}); {REMEDY}") from error
-    if hashlib.sha256(data).hexdigest() != told["sha256"]:
+    if hashlib.sha256(data).hexdigest() != content["sha256"]:
         raise NetworkFileError(f"{file}: the weights are damaged or not those of {card.name}; {REMEDY}")
     try:
         import onnxruntime
     except ImportError as error:
         raise NetworkFileError(
-            f"{file}: running it needs onnxruntime: add the extra [perception] (README, Install)"
+            f"{file}: the network requires onnxruntime; add the extra [perception] (README, Install)"
         ) from error
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads, options.inter_op_num_threads = threads, 1
-    options.log_severity_level = 3
+    options.log_severity_level = 3  # only errors
     try:
-        return onnxruntime.InferenceSession(data, options, providers=["CPUExecutionProvider"]), told
-    except Exception as error:  # onnxruntime raises its own private types
+        return onnxruntime.InferenceSession(data, options, providers=["CPUExecutionProvider"]), content
+    except Exception as error:  # onnxruntime raises private types
         raise NetworkFileError(f"{file}: onnxruntime cannot load the weights ({error}); {REMEDY}") from error

@@ -1,7 +1,7 @@
-"""Recordings of drives: sensor data with ground truth, for training, scoring and inspection.
+"""Reads and writes recordings of drives: sensor data with ground truth, for training, scoring and inspection.
 
 A recording is a folder: `drive.json` (version, town, weather, rig, what was driven) and one `NNNNN.npz` for each
-stretch of some seconds. It tells perception no role and no scenario.
+stretch of some seconds. It contains no roles of actors.
 """
 
 from __future__ import annotations
@@ -22,49 +22,56 @@ from stucksolver_perception.measurements import Floats, LidarSweep, Pixels
 from stucksolver_perception.rig import Rig
 
 VERSION = 2
-CENTIMETRE = 100.0
+"""Version of the format."""
+CENTIMETERS_PER_M = 100.0
+"""Factor from a point's coordinates (m) to the stored integers (cm)."""
 PARTS = ("brake_lights", "left_blinker", "right_blinker", "emergency_lights", "door_open")
 """Lamps and doors, in the order of the bits of `Truth.shown`."""
 KINDS = tuple(ObjectKind)
+"""The kinds by the index in `Truth.kind`."""
 GESTURES = tuple(Gesture)
+"""The gestures by the index in `Truth.gesture`."""
 BOX_COLUMNS = ("x", "y", "z", "yaw", "length", "width", "height", "vx", "vy")
-"""Columns of a box: its center in the local frame, its yaw, its size, its velocity (m, rad, m/s)."""
+"""Columns of a box: center in the local frame, yaw, size and velocity (m, rad, m/s)."""
 
 
 class RecordingError(ValueError):
-    """A folder is not a recording, or one of another version. The message names it and the remedy."""
+    """A folder is not a recording, or has another version. The message names the folder and the remedy."""
 
 
 @dataclass(frozen=True, eq=False)
 class Truth:
-    """All bodies around the ego at one moment; equal lengths n, local frame."""
+    """Ground truth of all objects around the ego on one tick, in the local frame; equal lengths n."""
 
     actor_id: NDArray[np.int64]
+    """(n,): id of the actor."""
     kind: NDArray[np.int64]
-    """Index into `KINDS`."""
+    """(n,): index into `KINDS`."""
     boxes: Floats
-    """(n, 9), see `BOX_COLUMNS`."""
+    """(n, 9): see `BOX_COLUMNS`."""
     lamps: NDArray[np.int64]
-    """Bits of `carla.VehicleLightState`; -1 if it has none."""
+    """(n,): bits of `carla.VehicleLightState`; -1 for an object without lamps."""
     doors: NDArray[np.int64]
-    """Open side doors, bit `1 << n` for the n-th of `carla.VehicleDoor`; -1 if unknown."""
+    """(n,): open side doors, bit `1 << n` for the n-th of `carla.VehicleDoor`; -1 if unknown."""
     gesture: NDArray[np.int64]
-    """Index into `GESTURES` of what a flagger signals; -1 if this is no flagger, or unknown."""
+    """(n,): index into `GESTURES` of a flagger's gesture; -1 if unknown, or for another object."""
     shown: NDArray[np.int64]
-    """Lamps and doors that the camera can see, lit or not: bits in the order of `PARTS`; -1 if not measured."""
+    """(n,): lamps and doors that are visible to the camera, lit or not: bits in the order of `PARTS`; -1 if not
+    measured."""
     type_id: tuple[str, ...]
-    """Blueprints, for the analysis of errors; not used in training."""
+    """Blueprints, for the analysis of errors. Training does not use them."""
 
 
 @dataclass(frozen=True, eq=False)
 class LightTruth:
-    """Traffic lights in reach at one moment."""
+    """Ground truth of the traffic lights within reach on one tick."""
 
     light_id: NDArray[np.int64]
+    """(n,): id of the light."""
     state: NDArray[np.int64]
-    """0 red, 1 yellow, 2 green, 3 off, 4 unknown."""
+    """(n,): 0 red, 1 yellow, 2 green, 3 off, 4 unknown."""
     heads: tuple[Floats, ...]
-    """For each light (k, 7): center x, y, z of each of its heads, half sizes x, y, z, and yaw; local frame."""
+    """For each light (k, 7): center x, y, z of each of its heads, half sizes x, y, z, and yaw in the local frame."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,22 +82,24 @@ class Recorded:
     pose: Floats
     """(9,): ground truth x, y, z, yaw, pitch, roll of the ego's reference point, speed, yaw rate, lateral speed."""
     sweep: LidarSweep
-    """In the vehicle frame."""
+    """Points of the LiDAR in the vehicle frame."""
     imu: Floats
-    """(7,): accelerations, turn rates, compass, as measured."""
+    """(7,): measured accelerations, turn rates and compass."""
     gnss: Floats
-    """(3,): as measured, local frame."""
+    """(3,): measured position in the local frame (m)."""
     wheel_mps: float
+    """Measured speed of the wheels (m/s)."""
     truth: Truth
     lights: LightTruth | None
-    """Recorded only on ticks with an image."""
+    """The lights; recorded only on ticks with an image."""
     jpeg: bytes | None
-    """The front camera's image, on some ticks."""
+    """The front camera's image; None on ticks without one."""
     instances: NDArray[np.uint16] | None
-    """(height, width): actor id of each pixel, 0 for none (`carla` instance camera, modulo 65536)."""
+    """(height, width): actor id of each pixel, 0 for none (`carla` instance camera, modulo 65536); None without a
+    mask."""
 
     def picture(self) -> Pixels | None:
-        """(height, width, 3) RGB."""
+        """Return (height, width, 3): the image as RGB; None without one."""
         if self.jpeg is None:
             return None
         from PIL import Image
@@ -100,15 +109,17 @@ class Recorded:
 
 @dataclass
 class RecordingWriter:
-    """Writes one drive. Call `add` on every tick, and `close` at the end."""
+    """Writer of one drive. Call `add` on every tick, and `close` at the end."""
 
     folder: Path
     rig: Rig
     about: dict[str, Any]
-    """Town, weather and the like, for sorting recordings."""
+    """Town, weather and similar facts, for sorting recordings."""
     ticks_in_file: int = 100
+    """Number of ticks in a file."""
     _ticks: list[Recorded] = field(default_factory=list)
     _files: int = 0
+    """Number of written files."""
 
     def __post_init__(self) -> None:
         self.folder.mkdir(parents=True, exist_ok=True)
@@ -122,12 +133,13 @@ class RecordingWriter:
             self._flush()
 
     def close(self) -> None:
-        """Write what is left."""
+        """Write the remaining ticks."""
         if self._ticks:
             self._flush()
 
     def _flush(self) -> None:
         target = self.folder / f"{self._files:05d}.npz"
+        # A process that ends while it writes leaves a `.part` file, which readers ignore.
         part = target.with_suffix(".part")
         with part.open("wb") as stream:
             np.savez(stream, **_packed(self._ticks))
@@ -136,7 +148,7 @@ class RecordingWriter:
 
 
 class Recording:
-    """Reads one drive.
+    """Reader of one drive.
 
     Raises:
         RecordingError: The folder is not a recording.
@@ -149,17 +161,17 @@ class Recording:
         except (OSError, ValueError) as error:
             raise RecordingError(f"{folder}: this folder is not a recording ({error})") from error
         if not isinstance(about, dict):
-            raise RecordingError(f"{folder}: this folder is not a recording (its drive.json holds no table)")
+            raise RecordingError(f"{folder}: this folder is not a recording (its drive.json has no table)")
         if about.get("version") != VERSION:
             raise RecordingError(
-                f"{folder}: recorded in format {about.get('version')}, this is {VERSION}; record it again"
+                f"{folder}: recorded in format {about.get('version')}, expected {VERSION}; record it again"
             )
         try:
             self.rig = Rig.model_validate(about.pop("rig", None))
         except ValidationError as error:
             first = error.errors()[0]
-            place = ".".join(str(part) for part in ("rig", *first["loc"]))
-            raise RecordingError(f"{folder}: drive.json: {place}: {first['msg']}; record it again") from error
+            key = ".".join(str(part) for part in ("rig", *first["loc"]))
+            raise RecordingError(f"{folder}: drive.json: {key}: {first['msg']}; record it again") from error
         self.about: dict[str, Any] = about
         self._files = sorted(folder.glob("[0-9]*.npz"))
 
@@ -170,7 +182,7 @@ class Recording:
 
     @property
     def files(self) -> Sequence[Path]:
-        """The stretches in order of time."""
+        """The files of the stretches in order of time."""
         return self._files
 
     def stretch(self, file: Path) -> Iterator[Recorded]:
@@ -180,19 +192,17 @@ class Recording:
 
 
 def recordings(folder: Path) -> list[Recording]:
-    """Return every recording in a folder, or the folder itself if it is one.
+    """Return all recordings in a folder, or the folder itself if it is one.
 
     Raises:
-        RecordingError: There is none.
+        RecordingError: The folder contains no recording.
     """
     if (folder / "drive.json").is_file():
         return [Recording(folder)]
-    found = [Recording(file.parent) for file in sorted(folder.glob("**/drive.json"))]
-    if not found:
-        raise RecordingError(
-            f"{folder}: there are no recordings here; make some with `python -m lab perception collect`"
-        )
-    return found
+    readers = [Recording(file.parent) for file in sorted(folder.glob("**/drive.json"))]
+    if not readers:
+        raise RecordingError(f"{folder}: no recordings found; make some with `python -m lab perception collect`")
+    return readers
 
 
 def _packed(ticks: Sequence[Recorded]) -> dict[str, Any]:
@@ -209,7 +219,7 @@ def _packed(ticks: Sequence[Recorded]) -> dict[str, Any]:
         "imu": np.array([tick.imu for tick in ticks]),
         "gnss": np.array([tick.gnss for tick in ticks]),
         "wheel_mps": np.array([tick.wheel_mps for tick in ticks]),
-        "points": np.clip(np.round(points[:, :3] * CENTIMETRE), -32768, 32767).astype(np.int16),
+        "points": np.clip(np.round(points[:, :3] * CENTIMETERS_PER_M), -32768, 32767).astype(np.int16),
         "intensity": np.round(points[:, 3] * 255.0).astype(np.uint8),
         "swept": np.array([len(sweep) for sweep in sweeps]),
         "actor_id": np.concatenate([truth.actor_id for truth in truths]).astype(np.int64),
@@ -244,27 +254,27 @@ def _unpacked(a: dict[str, NDArray[Any]]) -> Iterator[Recorded]:
     drawn = {int(i): k for k, i in enumerate(a["drawn"])}
     masked = set(a["masked"].tolist())
     for i, time_s in enumerate(a["time_s"].tolist()):
-        span, own = slice(swept[i], swept[i + 1]), slice(bodies[i], bodies[i + 1])
+        span, objects = slice(swept[i], swept[i + 1]), slice(bodies[i], bodies[i + 1])
         points = np.empty((swept[i + 1] - swept[i], 4), np.float32)
-        points[:, :3] = a["points"][span] / np.float32(CENTIMETRE)
+        points[:, :3] = a["points"][span] / np.float32(CENTIMETERS_PER_M)
         points[:, 3] = a["intensity"][span] / np.float32(255.0)
         truth = Truth(
-            a["actor_id"][own],
-            a["kind"][own].astype(np.int64),
-            a["boxes"][own].astype(np.float64),
-            a["lamps"][own].astype(np.int64),
-            a["doors"][own].astype(np.int64),
-            a["gesture"][own].astype(np.int64),
-            a["shown"][own].astype(np.int64),
-            tuple(a["type_id"][own].tolist()),
+            a["actor_id"][objects],
+            a["kind"][objects].astype(np.int64),
+            a["boxes"][objects].astype(np.float64),
+            a["lamps"][objects].astype(np.int64),
+            a["doors"][objects].astype(np.int64),
+            a["gesture"][objects].astype(np.int64),
+            a["shown"][objects].astype(np.int64),
+            tuple(a["type_id"][objects].tolist()),
         )
-        told = None
+        light_truth = None
         if i in lit:
             k = lit[i]
             which = range(lights[k], lights[k + 1])
             parts = tuple(a["heads"][headed[j] : headed[j + 1]].astype(np.float64) for j in which)
             span = slice(lights[k], lights[k + 1])
-            told = LightTruth(a["light_id"][span], a["light_state"][span], parts)
+            light_truth = LightTruth(a["light_id"][span], a["light_state"][span], parts)
         jpeg = None
         if i in drawn:
             k = drawn[i]
@@ -277,7 +287,7 @@ def _unpacked(a: dict[str, NDArray[Any]]) -> Iterator[Recorded]:
             gnss=a["gnss"][i],
             wheel_mps=float(a["wheel_mps"][i]),
             truth=truth,
-            lights=told,
+            lights=light_truth,
             jpeg=jpeg,
             instances=_mask(a[f"instances_{i}"]) if i in masked else None,
         )

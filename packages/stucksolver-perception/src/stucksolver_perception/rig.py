@@ -1,4 +1,4 @@
-"""Positions and properties of the sensors: one small file, `rig.toml`, read once at start."""
+"""Reads mounts and properties of the sensors from one small file, `rig.toml`, once at start."""
 
 from __future__ import annotations
 
@@ -18,16 +18,17 @@ else:
     import tomli as tomllib
 
 SHIPPED = Path(__file__).with_name("rig.toml")
+"""The rig file that ships with the package."""
 VERSION = 1
 """Version of rig files; increased with every change of the meaning of their fields."""
 
 
 class RigError(ValueError):
-    """The calibration cannot be used. The message names the file, the field and the remedy."""
+    """The rig file cannot be used. The message names the file, the field and the remedy."""
 
 
 class SensorMount(FrozenModel):
-    """Position of a sensor: meters and degrees in the vehicle frame; yaw to the left and pitch down are positive."""
+    """Pose of a sensor: meters and degrees in the vehicle frame. Yaw to the left and pitch down are positive."""
 
     x_m: float
     y_m: float
@@ -37,7 +38,7 @@ class SensorMount(FrozenModel):
     roll_deg: float = 0.0
 
     def to_vehicle(self) -> Floats:
-        """(4, 4) matrix from the sensor's frame (x ahead, y left, z up) to the vehicle's."""
+        """Return (4, 4): the matrix from the sensor's frame (x ahead, y left, z up) to the vehicle frame."""
         yaw, pitch, roll = (math.radians(item) for item in (self.yaw_deg, self.pitch_deg, self.roll_deg))
         cy, sy, cp, sp = math.cos(yaw), math.sin(yaw), math.cos(pitch), math.sin(pitch)
         cr, sr = math.cos(roll), math.sin(roll)
@@ -52,7 +53,7 @@ class SensorMount(FrozenModel):
 
 
 class CameraRig(FrozenModel):
-    """A camera: a pinhole without distortion, its principal point in the center."""
+    """A pinhole camera without distortion, with the principal point in the center."""
 
     mount: SensorMount
     width_px: int = Field(gt=0)
@@ -65,18 +66,21 @@ class CameraRig(FrozenModel):
         return self.width_px / (2.0 * math.tan(math.radians(self.fov_deg) / 2.0))
 
     def project(self, points: Floats) -> tuple[Floats, Floats, Floats]:
-        """Project vehicle-frame points (n, 3) to (column, row, distance ahead of the lens, not above 0 behind it)."""
+        """Return columns and rows (px) of points (n, 3; vehicle frame), and their distances ahead of the lens (m).
+
+        Behind the lens the distance is not above 0, and column and row are meaningless.
+        """
         inverse = np.linalg.inv(self.mount.to_vehicle())
-        seen = points @ inverse[:3, :3].T + inverse[:3, 3]
-        ahead = seen[:, 0]
+        in_camera = points @ inverse[:3, :3].T + inverse[:3, 3]
+        ahead = in_camera[:, 0]
         safe = np.where(np.abs(ahead) < 1e-6, 1e-6, ahead)
-        column = self.width_px / 2.0 - self.focal_px * seen[:, 1] / safe
-        row = self.height_px / 2.0 - self.focal_px * seen[:, 2] / safe
+        column = self.width_px / 2.0 - self.focal_px * in_camera[:, 1] / safe
+        row = self.height_px / 2.0 - self.focal_px * in_camera[:, 2] / safe
         return column, row, ahead
 
 
 class LidarRig(FrozenModel):
-    """The LiDAR on the roof."""
+    """The LiDAR on the roof. The last five fields are attributes of CARLA's LiDAR, with CARLA's defaults."""
 
     mount: SensorMount
     channels: int = Field(gt=0)
@@ -84,7 +88,9 @@ class LidarRig(FrozenModel):
     turns_per_s: float = Field(gt=0)
     points_per_s: int = Field(gt=0)
     upper_deg: float
+    """Elevation of the highest channel (degrees)."""
     lower_deg: float
+    """Elevation of the lowest channel (degrees)."""
     attenuation_per_m: float = 0.004
     dropoff_general: float = 0.45
     dropoff_intensity_limit: float = 0.8
@@ -99,13 +105,16 @@ class Rig(FrozenModel):
     camera: CameraRig
     """The front camera."""
     rear_camera: CameraRig | None = None
-    """What drives up from behind is recognized with it; None without one."""
+    """The rear camera, which recognizes vehicles that approach from behind; None without one."""
     lidar: LidarRig
     gnss_noise_m: float
     """Standard deviation of each coordinate of a fix (m)."""
     imu_acceleration_noise_mps2: float
+    """Standard deviation of each acceleration (m/s²)."""
     imu_rotation_noise_rps: float
+    """Standard deviation of each turn rate (rad/s)."""
     wheel_speed_noise_mps: float
+    """Standard deviation of the wheels' speed (m/s)."""
 
 
 def load_rig(file: Path = SHIPPED) -> Rig:
@@ -116,16 +125,16 @@ def load_rig(file: Path = SHIPPED) -> Rig:
     """
     try:
         with file.open("rb") as stream:
-            told = tomllib.load(stream)
-        # Checked first: fields of another version may be unknown.
-        if told.get("version") != VERSION:
+            content = tomllib.load(stream)
+        # The version is checked first, because a file of another version may have unknown fields.
+        if content.get("version") != VERSION:
             raise RigError(
-                f"{file}: version {told.get('version', 'unnamed')} of rig files; this release reads {VERSION}: "
+                f"{file}: version {content.get('version', 'unnamed')} of rig files; this release reads {VERSION}: "
                 f"rewrite the file, starting from {SHIPPED.name} of this release"
             )
-        return Rig.model_validate(told)
+        return Rig.model_validate(content)
     except OSError as error:
-        raise RigError(f"{file}: the calibration cannot be read ({error.strerror}); give a rig file") from error
+        raise RigError(f"{file}: the rig file cannot be read ({error.strerror}); give a rig file") from error
     except tomllib.TOMLDecodeError as error:
         raise RigError(f"{file}: invalid TOML: {error}") from error
     except ValidationError as error:

@@ -1,4 +1,4 @@
-"""Converts between the local frame and the vehicle frame at a pose; heights stay relative to the ground at the pose."""
+"""Converts from the local frame to the vehicle frame at a pose. Heights are relative to the ground at the pose."""
 
 from __future__ import annotations
 
@@ -11,9 +11,7 @@ from stucksolver_perception.rig import SensorMount
 
 
 def into_vehicle(boxes: Floats, pose: PoseEstimate) -> Floats:
-    """Convert boxes (n, k) of the local frame, x, y, z first and the yaw last, to the vehicle frame; the rest is
-    kept.
-    """
+    """Return boxes (n, k) of the local frame, with x, y, z first and the yaw last, in the vehicle frame."""
     moved: Floats = boxes.copy()
     c, n = math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
     dx, dy = boxes[:, 0] - pose.x_m, boxes[:, 1] - pose.y_m
@@ -24,9 +22,10 @@ def into_vehicle(boxes: Floats, pose: PoseEstimate) -> Floats:
 
 
 def boxes_in_body(pose: Floats, boxes: Floats) -> Floats:
-    """Convert boxes (n, k) of the local frame, x, y, z first and the yaw last, to the frame of the ego's body.
+    """Return boxes (n, k) of the local frame, with x, y, z first and the yaw last, in the frame of the ego's body.
 
-    The body pitches and rolls with its sensors. `pose` starts with x, y, z (m), yaw, pitch and roll (rad), as recorded.
+    The body pitches and rolls with its sensors. `pose` starts with x, y, z (m), yaw, pitch and roll (rad), as in
+    recordings.
     """
     x, y, z, yaw, pitch, roll = pose[:6].tolist()
     angles = {"yaw_deg": math.degrees(yaw), "pitch_deg": math.degrees(pitch), "roll_deg": math.degrees(roll)}
@@ -38,7 +37,7 @@ def boxes_in_body(pose: Floats, boxes: Floats) -> Floats:
 
 
 def points_into_vehicle(points: Floats, pose: PoseEstimate) -> Floats:
-    """Convert points (n, 2) of the local frame to the vehicle frame."""
+    """Return points (n, 2) of the local frame in the vehicle frame."""
     c, n = math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
     dx, dy = points[:, 0] - pose.x_m, points[:, 1] - pose.y_m
     return np.stack([dx * c + dy * n, dy * c - dx * n], axis=1)

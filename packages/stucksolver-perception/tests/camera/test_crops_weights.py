@@ -29,7 +29,7 @@ def test_a_missing_card_or_network_is_named(tmp_path: Path) -> None:
 
 def test_another_version_is_refused(tmp_path: Path) -> None:
     _, card = put(tmp_path, b"x", version=2)
-    with pytest.raises(NetworkFileError, match="version 2; version 1 is needed"):
+    with pytest.raises(NetworkFileError, match="version 2; expected version 1"):
         load_card(card, 1)
 
 

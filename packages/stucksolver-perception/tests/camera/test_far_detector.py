@@ -11,7 +11,7 @@ import pytest
 
 from lab.perception.training.camera.far_data import BOX_FIELDS, boxes_of
 from stucksolver.scene import ObjectKind
-from stucksolver_perception.camera.far_detector import MOST, VERSION, FarDetector, decode
+from stucksolver_perception.camera.far_detector import MAX_DETECTIONS, VERSION, FarDetector, decode
 from stucksolver_perception.camera.horizon_strip import STRIDE
 from stucksolver_perception.measurements import LidarSweep, Singles
 from stucksolver_perception.network_files import NetworkFileError
@@ -61,7 +61,7 @@ def test_a_wild_network_gives_finite_boxes_and_not_too_many() -> None:
     peaks, rest = (1e3 * random.normal(size=output.shape).astype(np.float32) for output in outputs())
     with np.errstate(over="ignore"):
         found = decode(peaks, rest, 0.0, TOP, 0.3, np.zeros(2))
-    assert 0 < len(found) <= MOST
+    assert 0 < len(found) <= MAX_DETECTIONS
     assert np.isfinite(found.width).all() and np.isfinite(found.height).all()
 
 

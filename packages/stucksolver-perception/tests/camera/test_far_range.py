@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stucksolver_perception.camera.far_detector import FarDetections
-from stucksolver_perception.camera.far_lane_placement import on_lane, resampled
+from stucksolver_perception.camera.far_lane_placement import place_on_lane, resampled
 from stucksolver_perception.camera.far_range import RangeModel, far_places, ranges_of
 from stucksolver_perception.measurements import Floats
 from stucksolver_perception.rig import load_rig
@@ -93,7 +93,7 @@ def test_on_lane_known_heights_place_car_on_slope() -> None:
         plain.towards,
         plain.look,
     )
-    placed = on_lane(found, CAMERA, MODEL, line)
+    placed = place_on_lane(found, CAMERA, MODEL, line)
     assert placed.along_m[0] == pytest.approx(150.0, abs=2.0 * placed.sigma_m[0])
     assert placed.misfit[0] < 2.0
     assert far_places(found, CAMERA, MODEL).range_m[0] != pytest.approx(149.2, abs=10.0)
@@ -102,13 +102,13 @@ def test_on_lane_known_heights_place_car_on_slope() -> None:
 def test_a_car_fits_its_own_lane_better_than_the_next() -> None:
     x = np.arange(0.0, 250.0, 5.0)
     found = cars(np.array([80.0]), np.array([3.5]))
-    own, other = (on_lane(found, CAMERA, MODEL, np.stack([x, np.full(len(x), y)], 1)) for y in (3.5, -3.5))
+    own, other = (place_on_lane(found, CAMERA, MODEL, np.stack([x, np.full(len(x), y)], 1)) for y in (3.5, -3.5))
     assert own.misfit[0] < 1.0 < 9.0 < other.misfit[0]
 
 
 def test_a_lane_behind_the_car_fits_nothing() -> None:
     line = np.array([[-100.0, 0.0], [-10.0, 0.0]])
-    assert np.isinf(on_lane(cars(np.array([80.0]), np.zeros(1)), CAMERA, MODEL, line).misfit).all()
+    assert np.isinf(place_on_lane(cars(np.array([80.0]), np.zeros(1)), CAMERA, MODEL, line).misfit).all()
 
 
 def test_a_line_is_walked_in_equal_steps() -> None:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from stucksolver.scene import SignWord
-from stucksolver_perception.camera.sign_targets import MOST_OBJECTS, bearing_rad, carrier_of, swaths, targets
+from stucksolver_perception.camera.sign_targets import MAX_OBJECTS, bearing_rad, carrier_of, swaths, targets
 from stucksolver_perception.lidar_labels import LABELS
 from stucksolver_perception.measurements import PoseEstimate
 from stucksolver_perception.rig import load_rig
@@ -79,7 +79,7 @@ def test_vehicles_come_last_and_few_of_each_are_read():
     cars = [replace(BARRIER, id=20 + k, label=LABELS.index("car"), y_m=60.0 + k) for k in range(5)]
     things = [replace(BARRIER, id=k, y_m=60.0 + k) for k in range(6)]
     told = keys(*cars, *things)
-    assert told[:MOST_OBJECTS] == ["track-0", "track-1", "track-2", "track-3"]
+    assert told[:MAX_OBJECTS] == ["track-0", "track-1", "track-2", "track-3"]
     assert told[-3:] == ["track-20", "track-21", "track-22"]
 
 

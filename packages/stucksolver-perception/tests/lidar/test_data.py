@@ -72,7 +72,7 @@ def test_the_ground_below_a_box_is_no_return_of_it() -> None:
 
 
 def test_a_folder_without_recordings_and_one_without_windows_are_named(tmp_path: Path) -> None:
-    with pytest.raises(RecordingError, match="no recordings here"):
+    with pytest.raises(RecordingError, match="no recordings found"):
         load([tmp_path], jobs=1)
     drive(tmp_path / "short", seed=1, ticks=3)
     with pytest.raises(ValueError, match="long enough"):

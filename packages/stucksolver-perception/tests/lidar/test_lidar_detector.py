@@ -66,7 +66,7 @@ def test_a_damaged_card_is_refused(folder: Path) -> None:
 
 def test_another_version_is_refused(folder: Path) -> None:
     write_card(folder, version=VERSION + 1)
-    with pytest.raises(NetworkFileError, match=f"version {VERSION + 1}; version {VERSION} is needed"):
+    with pytest.raises(NetworkFileError, match=f"version {VERSION + 1}; expected version {VERSION}"):
         LidarDetector(folder)
 
 

@@ -57,7 +57,7 @@ class Plugin:
         except Exception as error:
             raise PluginError(
                 f"plug-in {self.name!r} of {self.distribution} {self.version} ({self.entry.value}) cannot be loaded: "
-                f"{type(error).__name__}: {error}; reinstall or remove the distribution"
+                f"{type(error).__name__}: {error}; {_remedy(error)}"
             ) from error
 
 
@@ -83,3 +83,9 @@ def _plugin(group: str, entry: EntryPoint) -> Plugin:
     # An entry point that was not found through an installed distribution has no distribution.
     origin = entry.dist
     return Plugin(group, entry.name, origin.name if origin else "unknown", origin.version if origin else "0", entry)
+
+
+def _remedy(error: Exception) -> str:
+    if isinstance(error, ModuleNotFoundError) and not str(error.name).startswith("stucksolver"):
+        return f"install the package {str(error.name).partition('.')[0]!r}"
+    return "reinstall or remove the distribution"

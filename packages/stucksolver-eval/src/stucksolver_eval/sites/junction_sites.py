@@ -10,7 +10,7 @@ import carla
 
 from stucksolver_eval.routes import Parameter
 from stucksolver_eval.sites.lane_walk import Path, Town, approach, follow, lane_to_right
-from stucksolver_eval.sites.movements import Control, JunctionMovement, Side, Turn, arm, straight
+from stucksolver_eval.sites.movements import ArmSide, Control, JunctionMovement, Turn, arm, straight
 from stucksolver_eval.sites.site import Site
 
 _TRIGGER_BEFORE_M = 38
@@ -38,8 +38,8 @@ RIGHT_TURNS: frozenset[Turn] = frozenset({"right"})
 TURNS: frozenset[Turn] = frozenset({"left", "right"})
 STRAIGHT: frozenset[Turn] = frozenset({"straight"})
 ALL_WAYS: frozenset[Turn] = frozenset({"left", "straight", "right"})
-OPPOSITE: frozenset[Side] = frozenset({"opposite"})
-FROM_LEFT: frozenset[Side] = frozenset({"left"})
+OPPOSITE: frozenset[ArmSide] = frozenset({"opposite"})
+FROM_LEFT: frozenset[ArmSide] = frozenset({"left"})
 
 Ways = list[JunctionMovement]
 Places = Mapping[str, Any]
@@ -59,7 +59,7 @@ class JunctionSites:
     controls: frozenset[Control] = frozenset({"light", "stop", "yield", "none"})
     arms: int = 0
     """Exact number of roads; 0 is any number."""
-    from_sides: frozenset[Side] = frozenset()
+    from_sides: frozenset[ArmSide] = frozenset()
     """Sides from which traffic must be able to go straight on."""
     rightmost: bool = False
     """True for the lane at the curb only, next to a sidewalk."""
@@ -157,7 +157,7 @@ def joined(mine: JunctionMovement, ways: Ways) -> Iterator[tuple[Places, Mapping
         yield {}, {}
 
 
-def direction_of(*sides: Side) -> Extra:
+def direction_of(*sides: ArmSide) -> Extra:
     """Return an extra that adds `direction`: each of `sides` whose traffic conflicts with the ego's path."""
 
     def extra(mine: JunctionMovement, ways: Ways) -> Iterator[tuple[Places, Mapping[str, Parameter]]]:
@@ -168,7 +168,7 @@ def direction_of(*sides: Side) -> Extra:
     return extra
 
 
-_MEETS: Mapping[Side, frozenset[Turn]] = {
+_MEETS: Mapping[ArmSide, frozenset[Turn]] = {
     "opposite": frozenset({"left"}),
     "left": frozenset({"left", "straight", "right"}),
     "right": frozenset({"left", "straight"}),

@@ -13,7 +13,7 @@ from stucksolver_eval.sites.lane_walk import Town, turn_deg
 
 Turn = Literal["left", "straight", "right"]
 Control = Literal["light", "stop", "yield", "none"]
-Side = Literal["left", "opposite", "right"]
+ArmSide = Literal["left", "opposite", "right"]
 
 _TURN_DEG = 35.0
 """Change of heading from which a movement is a turn (degrees). Ours."""
@@ -32,7 +32,7 @@ _LIGHT_TYPE = "1000001"
 """OpenDRIVE's type of a traffic light."""
 _LIGHT_WITHIN_M = 12.0
 """Largest distance of a light before the junction (m). Ours."""
-_HEADING_DEG: dict[Side, float] = {"left": 90.0, "opposite": 180.0, "right": -90.0}
+_HEADING_DEG: dict[ArmSide, float] = {"left": 90.0, "opposite": 180.0, "right": -90.0}
 """Heading of traffic from each side relative to the ego's (degrees, clockwise)."""
 
 
@@ -85,7 +85,7 @@ def roundabouts(town: Town) -> Iterator[list[JunctionMovement]]:
             chain.append(inside_ring[0])
 
 
-def arm(mine: JunctionMovement, side: Side, others: list[JunctionMovement]) -> list[JunctionMovement]:
+def arm(mine: JunctionMovement, side: ArmSide, others: list[JunctionMovement]) -> list[JunctionMovement]:
     """Return the movements that enter the same junction from a side."""
     return [
         other

@@ -6,7 +6,7 @@ import argparse
 import os
 
 from stucksolver.commands.errors import UsageError
-from stucksolver.privacy.url_redaction import add_entry, shown, without_login
+from stucksolver.privacy.url_redaction import add_entry, redacted, without_login
 
 PREFIX = "openai:"
 
@@ -52,4 +52,4 @@ def send_key(options: argparse.Namespace) -> None:
         for url in filter(None, urls):
             add_entry(f"{origin_of(without_login(url)[0])}={key}")
     except ValueError as error:
-        raise UsageError(f"--send-key: {shown(str(error))}") from error
+        raise UsageError(f"--send-key: {redacted(str(error))}") from error

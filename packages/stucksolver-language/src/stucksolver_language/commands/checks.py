@@ -38,14 +38,14 @@ def _student() -> Iterator[Finding]:
 
 
 def _model() -> Iterator[Finding]:
-    from stucksolver.privacy.url_redaction import shown
+    from stucksolver.privacy.url_redaction import redacted
     from stucksolver_language.llm.api_keys import KEY_VARIABLE
     from stucksolver_language.llm.openai_api import URL_VARIABLE
 
     key, base = os.environ.get(KEY_VARIABLE), os.environ.get(URL_VARIABLE)
     if key or base:
         yield Finding(
-            "language model", "ok", f"{KEY_VARIABLE} is set" if key else f"{URL_VARIABLE} is {shown(base or '')}"
+            "language model", "ok", f"{KEY_VARIABLE} is set" if key else f"{URL_VARIABLE} is {redacted(base or '')}"
         )
         return
     remedy = f"set {KEY_VARIABLE}, or name your own server: --reasoner openai:MODEL@http://HOST:PORT/v1"

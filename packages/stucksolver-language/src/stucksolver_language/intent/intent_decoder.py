@@ -10,12 +10,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stucksolver.scene.interpretation import MOVES, STAYS, Claim, GuidanceIntent, Interpretation, Side
+from stucksolver.scene.interpretation import MOVES, STAYS, Claim, DirectedSide, GuidanceIntent, Interpretation
 
 Numbers = NDArray[np.float32]
 
 INTENTS = tuple(GuidanceIntent)
-SIDES = (None, *Side)
+SIDES = (None, *DirectedSide)
 CLAIMS = tuple(Claim)
 INTENT = slice(0, len(INTENTS))
 """Slice of the network's output: logits of the intents."""

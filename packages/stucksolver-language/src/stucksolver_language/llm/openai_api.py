@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import Any
 from urllib.parse import parse_qs, urlsplit, urlunsplit
 
-from stucksolver.privacy.url_redaction import KEYS_VARIABLE, shown, shown_address, without_login
+from stucksolver.privacy.url_redaction import KEYS_VARIABLE, redacted, shown_address, without_login
 from stucksolver_language.llm.api_keys import (
     AZURE_KEY_VARIABLE,
     KEY_VARIABLE,
@@ -115,7 +115,7 @@ class OpenAiChat:
     @property
     def server_name(self) -> str:
         """Name of the server for people."""
-        return shown(self.base_url) if self.base_url else "api.openai.com"
+        return redacted(self.base_url) if self.base_url else "api.openai.com"
 
     def _connect(self) -> Any:
         """Return the SDK's client, created once.

@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
-from stucksolver.privacy.url_redaction import HIDDEN, shown
+from stucksolver.privacy.url_redaction import HIDDEN, redacted
 from stucksolver_language.llm.api_keys import secrets_here
 from stucksolver_language.llm.chat import ChatReply
 
@@ -38,7 +38,7 @@ def clean(text: str, secrets: Iterable[str] = ()) -> str:
     text = printable(text)
     for secret in sorted({*secrets, *secrets_here()}, key=len, reverse=True):
         text = text.replace(secret, HIDDEN)
-    return shown(text)
+    return redacted(text)
 
 
 def clean_reply(reply: ChatReply, secrets: Iterable[str] = ()) -> ChatReply:

@@ -19,6 +19,7 @@ from stucksolver.scene import (
     AttemptOutcome,
     Claim,
     ControlKind,
+    DirectedSide,
     FailedAttempt,
     GuidanceIntent,
     Interpretation,
@@ -32,7 +33,6 @@ from stucksolver.scene import (
     Scene,
     SceneLane,
     SceneObject,
-    Side,
     TrafficControl,
 )
 from stucksolver_language.student.vocabulary import Vocabulary
@@ -133,7 +133,7 @@ def _ego(scene: Scene) -> list[float]:
 def _words(reading: Interpretation | None) -> list[float]:
     intent = None if reading is None else reading.intent
     side = None if reading is None else reading.side
-    return [float(reading is not None), *_one_of(intent, GuidanceIntent), *_one_of(side, Side)]
+    return [float(reading is not None), *_one_of(intent, GuidanceIntent), *_one_of(side, DirectedSide)]
 
 
 def _object(o: SceneObject) -> list[float]:
@@ -222,7 +222,7 @@ def _lane_order(lane: SceneLane) -> tuple[bool, bool]:
 
 
 WIDTHS = {
-    "ego": 14 + len(Claim) + 1 + len(GuidanceIntent) + len(Side),
+    "ego": 14 + len(Claim) + 1 + len(GuidanceIntent) + len(DirectedSide),
     "objects": len(ObjectKind) + len(LaneRelation) + 28,
     "lanes": len(LaneRelation) + len(LaneDirection) + len(LaneKind) + len(LineKind) + 8,
     "controls": len(ControlKind) + len(LightState) + 4,

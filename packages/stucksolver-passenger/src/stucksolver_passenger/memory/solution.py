@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from stucksolver.plan import RecoveryPlan
-from stucksolver.scene import GuidanceIntent, Side
+from stucksolver.scene import DirectedSide, GuidanceIntent
 from stucksolver.scene.base_model import FrozenModel
 
 
@@ -11,7 +11,7 @@ class Solution(FrozenModel):
     """Kind of a plan that moves the vehicle on. `side` is set only if the plan used a side."""
 
     intent: GuidanceIntent
-    side: Side | None = None
+    side: DirectedSide | None = None
 
     @property
     def name(self) -> str:

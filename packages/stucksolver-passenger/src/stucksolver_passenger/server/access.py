@@ -34,7 +34,7 @@ from stucksolver_passenger.server.rate_limits import (
     Limiter,
     RateLimit,
 )
-from stucksolver_passenger.server.request_filter import PLACE, Receive, Scope, Send
+from stucksolver_passenger.server.request_filter import CONNECTION_SLOT, Receive, Scope, Send
 
 TOO_MUCH = "That is too much at once. Please wait a moment."
 NO_TOKEN = "This needs the token that the server printed at start."
@@ -115,9 +115,9 @@ class CountedStream(StreamingResponse):
             await refused(scope, receive, send)
             return
         try:
-            place: ConnectionSlot | None = scope.get("state", {}).get(PLACE)
-            if place is not None:
-                place.stays()
+            slot: ConnectionSlot | None = scope.get("state", {}).get(CONNECTION_SLOT)
+            if slot is not None:
+                slot.stays()
             await super().__call__(scope, receive, send)
         finally:
             self._streams.leave(self._holder)

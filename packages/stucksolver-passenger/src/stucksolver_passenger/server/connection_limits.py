@@ -1,6 +1,6 @@
 """Places for connections.
 
-Connections without a token get few places for a short time, so that they cannot occupy the server.
+Connections without a token get few slots for a short time, so that they cannot occupy the server.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ MAPPED_PREFIX = 64
 
 
 @dataclass(frozen=True)
-class PlaceLimits:
+class ConnectionLimits:
     """Limits of a server's connections."""
 
     waiting: int = 400
@@ -44,28 +44,28 @@ class Phase(Enum):
 
 
 class ConnectionSlot:
-    """The place of one connection, from its first byte to its end. Only one event loop may use it."""
+    """The slot of one connection, from its first byte to its end. Only one event loop may use it."""
 
-    def __init__(self, places: Places, source: str, abort: Callable[[], None]) -> None:
+    def __init__(self, slots: ConnectionSlots, source: str, abort: Callable[[], None]) -> None:
         self.source = source
         self.held_for: tuple[Hashable, ...] = ()
         """The shares that count this connection while a request with a valid token is served."""
-        self._places = places
+        self._slots = slots
         self._abort = abort
         self._phase = Phase.REQUEST
         self._ahead = 0
         self._timer: asyncio.TimerHandle | None = None
         self._left = False
-        self._within(places.limits.request_s)
+        self._within(slots.limits.request_s)
 
     def received(self, count: int) -> None:
         """Record that the client sent `count` bytes."""
         if self._phase is Phase.IDLE:
             self._phase = Phase.REQUEST
-            self._within(self._places.limits.request_s)
+            self._within(self._slots.limits.request_s)
         elif self._phase is Phase.ANSWER:
             self._ahead += count
-            if self._ahead > self._places.limits.ahead_bytes:
+            if self._ahead > self._slots.limits.ahead_bytes:
                 self.abort()
 
     def hold(self, *shares: tuple[Hashable, int]) -> bool:
@@ -77,12 +77,12 @@ class ConnectionSlot:
         Returns:
             False if a share is used up: the connection is served all the same, but a newer one may replace it.
         """
-        return not self._left and self._places.hold(self, shares)
+        return not self._left and self._slots.hold(self, shares)
 
     def request_read(self) -> None:
         """Record that the request is complete."""
         self._phase = Phase.ANSWER
-        self._within(self._places.limits.answer_s)
+        self._within(self._slots.limits.answer_s)
 
     def stays(self) -> None:
         """Record that the answer is a stream without an end."""
@@ -93,15 +93,15 @@ class ConnectionSlot:
         if self._left:
             return
         self._phase, self._ahead = Phase.IDLE, 0
-        self._within(self._places.limits.idle_s)
-        self._places.release(self)
+        self._within(self._slots.limits.idle_s)
+        self._slots.release(self)
 
     def leave(self) -> None:
         """Record that the connection has ended. Repeated calls do nothing."""
         if not self._left:
             self._left = True
             self._within(None)
-            self._places.remove(self)
+            self._slots.remove(self)
 
     def abort(self) -> None:
         """End the connection at once."""
@@ -116,72 +116,72 @@ class ConnectionSlot:
             self._timer = asyncio.get_running_loop().call_later(limit_s, self.abort)
 
 
-class Places:
-    """All places of a server."""
+class ConnectionSlots:
+    """All slots of a server."""
 
-    def __init__(self, limits: PlaceLimits | None = None) -> None:
-        self.limits = limits or PlaceLimits()
+    def __init__(self, limits: ConnectionLimits | None = None) -> None:
+        self.limits = limits or ConnectionLimits()
         self._waiting: dict[str, OrderedDict[ConnectionSlot, None]] = {}
         """Connections by address, the oldest first."""
         self._count = 0
         self._held: Counter[Hashable] = Counter()
 
     def take(self, address: str, abort: Callable[[], None]) -> ConnectionSlot:
-        """Give a new connection from an address a place. `abort` ends the connection."""
-        place = ConnectionSlot(self, source_of(address), abort)
-        self._wait(place)
-        return place
+        """Give a new connection from an address a slot. `abort` ends the connection."""
+        slot = ConnectionSlot(self, source_of(address), abort)
+        self._wait(slot)
+        return slot
 
-    def hold(self, place: ConnectionSlot, shares: tuple[tuple[Hashable, int], ...]) -> bool:
-        """Stop counting a place as waiting, if none of the shares is used up."""
-        if place.held_for:
+    def hold(self, slot: ConnectionSlot, shares: tuple[tuple[Hashable, int], ...]) -> bool:
+        """Stop counting a slot as waiting, if none of the shares is used up."""
+        if slot.held_for:
             return True
         if any(self._held[name] >= most for name, most in shares):
             return False
-        self._unwait(place)
-        place.held_for = tuple(name for name, _ in shares)
-        self._held.update(place.held_for)
+        self._unwait(slot)
+        slot.held_for = tuple(name for name, _ in shares)
+        self._held.update(slot.held_for)
         return True
 
-    def release(self, place: ConnectionSlot) -> None:
-        """Count a place as waiting again, as the newest."""
-        if place.held_for:
-            self._unhold(place)
+    def release(self, slot: ConnectionSlot) -> None:
+        """Count a slot as waiting again, as the newest."""
+        if slot.held_for:
+            self._unhold(slot)
         else:
-            self._unwait(place)
-        self._wait(place)
+            self._unwait(slot)
+        self._wait(slot)
 
-    def remove(self, place: ConnectionSlot) -> None:
-        """Remove a place."""
-        if place.held_for:
-            self._unhold(place)
+    def remove(self, slot: ConnectionSlot) -> None:
+        """Remove a slot."""
+        if slot.held_for:
+            self._unhold(slot)
         else:
-            self._unwait(place)
+            self._unwait(slot)
 
     @property
     def waiting(self) -> int:
         """Number of connections without a valid token."""
         return self._count
 
-    def _wait(self, place: ConnectionSlot) -> None:
-        self._waiting.setdefault(place.source, OrderedDict())[place] = None
+    def _wait(self, slot: ConnectionSlot) -> None:
+        self._waiting.setdefault(slot.source, OrderedDict())[slot] = None
         self._count += 1
         if self._count > self.limits.waiting:
             crowded = max(self._waiting.values(), key=len)
             next(iter(crowded)).abort()
 
-    def _unwait(self, place: ConnectionSlot) -> None:
-        here = self._waiting.get(place.source, OrderedDict())
-        if place in here:
-            del here[place]
+    def _unwait(self, slot: ConnectionSlot) -> None:
+        here = self._waiting.get(slot.source, OrderedDict())
+        if slot in here:
+            del here[slot]
             self._count -= 1
             if not here:
-                del self._waiting[place.source]
+                del self._waiting[slot.source]
 
-    def _unhold(self, place: ConnectionSlot) -> None:
-        self._held.subtract(place.held_for)
+    def _unhold(self, slot: ConnectionSlot) -> None:
+        self._held.subtract(slot.held_for)
         self._held += Counter()  # removes entries of zero
-        place.held_for = ()
+        slot.held_for = ()
 
 
 def source_of(address: str) -> str:

@@ -1,4 +1,4 @@
-"""Runs an application with uvicorn. Each connection gets a place, from its TLS handshake on."""
+"""Runs an application with uvicorn. Each connection gets a slot, from its TLS handshake on."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from typing import Any
 import uvicorn
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
-from stucksolver_passenger.server.connection_limits import ConnectionSlot, PlaceLimits, Places
-from stucksolver_passenger.server.request_filter import PLACE, App
+from stucksolver_passenger.server.connection_limits import ConnectionLimits, ConnectionSlot, ConnectionSlots
+from stucksolver_passenger.server.request_filter import CONNECTION_SLOT, App
 
 ACCEPTED_AT_ONCE = 64
 """Connections that the event loop accepts before it serves the existing ones. asyncio calls it the backlog. Ours."""
@@ -39,15 +39,15 @@ HEAD_BYTES = 16 * 1024
 
 
 class Connection(asyncio.Protocol):
-    """One connection. It takes a place, does the TLS handshake if needed, and then passes all data to uvicorn."""
+    """One connection. It takes a slot, does the TLS handshake if needed, and then passes all data to uvicorn."""
 
-    places: Places
+    slots: ConnectionSlots
     tls: ssl.SSLContext | None
 
     def __init__(self, **uvicorns: Any) -> None:
         self._uvicorns = uvicorns
         self._http: H11Protocol | None = None
-        self._place: ConnectionSlot | None = None
+        self._slot: ConnectionSlot | None = None
         self._transport: asyncio.Transport | None = None
         """None until the TLS handshake is complete."""
         self._early = bytearray()
@@ -55,11 +55,11 @@ class Connection(asyncio.Protocol):
         self._shaking: asyncio.Task[None] | None = None
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Take a place."""
+        """Take a slot."""
         assert isinstance(transport, asyncio.Transport)
         peer = transport.get_extra_info("peername")
         address = str(peer[0]) if isinstance(peer, tuple) and peer else ""
-        self._place = self.places.take(address, transport.abort)
+        self._slot = self.slots.take(address, transport.abort)
         _drop_dead(transport.get_extra_info("socket"))
         if self.tls is None:
             self._begin(transport)
@@ -73,11 +73,11 @@ class Connection(asyncio.Protocol):
             return
         if self._http is None:
             # The protocol is created at the first data, so that a silent connection costs as little as possible.
-            state = {**self._uvicorns.pop("app_state"), PLACE: self._place}
+            state = {**self._uvicorns.pop("app_state"), CONNECTION_SLOT: self._slot}
             self._http = H11Protocol(app_state=state, **self._uvicorns)
             self._http.connection_made(self._transport)
-        if self._place is not None:
-            self._place.received(len(data))
+        if self._slot is not None:
+            self._slot.received(len(data))
         self._http.data_received(data)
 
     def eof_received(self) -> None:
@@ -94,22 +94,22 @@ class Connection(asyncio.Protocol):
             self._http.resume_writing()
 
     def connection_lost(self, error: Exception | None) -> None:
-        """Release the place."""
-        if self._place is not None:
-            self._place.leave()
+        """Release the slot."""
+        if self._slot is not None:
+            self._slot.leave()
         if self._http is not None:
             self._http.connection_lost(error)
 
     async def _shake_hands(self, transport: asyncio.Transport, tls: ssl.SSLContext) -> None:
-        loop, limit_s = asyncio.get_running_loop(), self.places.limits.request_s
+        loop, limit_s = asyncio.get_running_loop(), self.slots.limits.request_s
         try:
             secured = await loop.start_tls(transport, self, tls, server_side=True, ssl_handshake_timeout=limit_s)
         except (OSError, EOFError, asyncio.TimeoutError):  # ssl.SSLError is an OSError
             # A failed handshake is a client's problem: the connection ends, and the server continues.
             secured = None
         if secured is None or secured.is_closing():
-            if self._place is not None:
-                self._place.abort()
+            if self._slot is not None:
+                self._slot.abort()
             return
         self._begin(secured)
 
@@ -120,9 +120,9 @@ class Connection(asyncio.Protocol):
             self.data_received(early)
 
 
-def make_server(app: App, limits: PlaceLimits | None = None, tls: ssl.SSLContext | None = None) -> uvicorn.Server:
-    """Return a server for an application that informs the places about the requests."""
-    shared = {"places": Places(limits), "tls": tls}
+def make_server(app: App, limits: ConnectionLimits | None = None, tls: ssl.SSLContext | None = None) -> uvicorn.Server:
+    """Return a server for an application that informs the slots about the requests."""
+    shared = {"slots": ConnectionSlots(limits), "tls": tls}
     config = uvicorn.Config(
         app,
         http=type("PlacedConnection", (Connection,), shared),
@@ -131,7 +131,7 @@ def make_server(app: App, limits: PlaceLimits | None = None, tls: ssl.SSLContext
         server_header=False,
         date_header=False,
         proxy_headers=False,
-        timeout_keep_alive=int(shared["places"].limits.idle_s) + 1,  # type: ignore[union-attr]
+        timeout_keep_alive=int(shared["slots"].limits.idle_s) + 1,  # type: ignore[union-attr]
         h11_max_incomplete_event_size=HEAD_BYTES,
         timeout_graceful_shutdown=1,
         backlog=ACCEPTED_AT_ONCE,
@@ -162,9 +162,9 @@ async def _queue(server: uvicorn.Server, listening: Sequence[socket.socket]) -> 
             item.setsockopt(socket.IPPROTO_TCP, socket.TCP_DEFER_ACCEPT, SILENT_S)
 
 
-def limits_here(limits: PlaceLimits | None = None) -> PlaceLimits:
+def limits_here(limits: ConnectionLimits | None = None) -> ConnectionLimits:
     """Raise this process's soft limit of open files, and return the limits that it can keep."""
-    limits = limits or PlaceLimits()
+    limits = limits or ConnectionLimits()
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     wanted = OPEN_FILES if hard == resource.RLIM_INFINITY else min(OPEN_FILES, hard)
     if soft != resource.RLIM_INFINITY and soft < wanted:
@@ -174,7 +174,7 @@ def limits_here(limits: PlaceLimits | None = None) -> PlaceLimits:
     files = resource.getrlimit(resource.RLIMIT_NOFILE)[0]
     if files == resource.RLIM_INFINITY or files // FILES_PER_WAITING >= limits.waiting:
         return limits
-    return PlaceLimits(
+    return ConnectionLimits(
         max(files // FILES_PER_WAITING, 1), limits.request_s, limits.idle_s, limits.answer_s, limits.ahead_bytes
     )
 
@@ -190,6 +190,6 @@ def _drop_dead(connected: Any) -> None:
     """Let the system end the connection of a client that acknowledges no data, such as a phone out of range."""
     option = getattr(socket, "TCP_USER_TIMEOUT", None)
     if connected is not None and option is not None:
-        # The system may not support the option; the connection then ends at the limits of its place.
+        # The system may not support the option; the connection then ends at the limits of its slot.
         with contextlib.suppress(OSError, ValueError):
             connected.setsockopt(socket.IPPROTO_TCP, option, UNSENT_MS)

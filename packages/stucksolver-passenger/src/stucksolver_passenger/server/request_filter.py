@@ -16,8 +16,8 @@ App = Callable[[Scope, Receive, Send], Awaitable[None]]
 Shares = Callable[[str, str], tuple[tuple[Hashable, int], ...]]
 """Returns, for a path and an authorization header, the shares in which a request counts; none without a valid token."""
 
-PLACE = "place"
-"""Key of the connection's place in a request's state."""
+CONNECTION_SLOT = "slot"
+"""Key of the connection's slot in a request's state."""
 POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' data:; "
     "form-action 'none'; base-uri 'none'; frame-ancestors 'none'"
@@ -106,33 +106,33 @@ class RequestFilter:
         return self._headers | {"cache-control": CACHED} if path.startswith(VOICE) else self._headers
 
     async def _http(self, scope: Scope, receive: Receive, send: Send) -> None:
-        place: ConnectionSlot | None = scope.get("state", {}).get(PLACE)
+        slot: ConnectionSlot | None = scope.get("state", {}).get(CONNECTION_SLOT)
         try:
-            body = await self._checked(scope, receive, place)
-            if place is not None:
-                place.request_read()
+            body = await self._checked(scope, receive, slot)
+            if slot is not None:
+                slot.request_read()
             await self._app(scope, _replay(body, receive), send)
         except RequestRejectedError as refused:
             # The client gets the rejection as its response.
             await _answer(send, refused.status, *self._rejection_body(refused))
         finally:
-            if place is not None:
-                place.answered()
+            if slot is not None:
+                slot.answered()
 
-    async def _checked(self, scope: Scope, receive: Receive, place: ConnectionSlot | None) -> bytes:
+    async def _checked(self, scope: Scope, receive: Receive, slot: ConnectionSlot | None) -> bytes:
         """Return the request's body.
 
         Raises:
             RequestRejectedError: The request fails a check.
         """
-        if place is not None:
-            place.received(0)  # its head may have arrived together with the previous request
+        if slot is not None:
+            slot.received(0)  # its head may have arrived together with the previous request
         headers = _single(scope)
         self._check_sender(scope, headers)
-        if place is not None and self._shares is not None:
+        if slot is not None and self._shares is not None:
             shares = self._shares(scope["path"], headers.get("authorization", ""))
             if shares:
-                place.hold(*shares)
+                slot.hold(*shares)
         if scope["method"] in ("GET", "HEAD"):
             return b""
         if scope["method"] != "POST":

@@ -1,1 +1,1 @@
-"""What the front camera shows: kinds, lamps and doors of detected objects, and the state of traffic lights."""
+"""Reads camera images: kinds, lamps and doors of objects, traffic lights, signs, far vehicles, and lens dirt."""

@@ -30,65 +30,67 @@ OFF, ON = LAMP_ANSWERS.index("off"), LAMP_ANSWERS.index("on")
 
 
 class AttributeReader:
-    """Reads objects in an image, one look at a time; see `AttributeFilter` for the combination over time."""
+    """Reads objects in single images. `AttributeFilter` combines the results over time."""
 
     def __init__(self, folder: Path = DATA, threads: int = 1, network: CropNetwork | None = None) -> None:
         """Load the weights, or use a network that is already loaded.
 
         Raises:
-            WeightsError: The weights cannot be used.
+            NetworkFileError: The weights cannot be used.
         """
         self.network = CropNetwork(folder, threads) if network is None else network
 
     def read(self, frame: CameraFrame, rig: CameraRig, boxes: Floats) -> tuple[Attributes, ...]:
-        """Read the attributes of each box.
+        """Return the attributes of each box.
 
         Args:
             frame: The image.
-            rig: The camera that took it.
-            boxes: (n, 7) center x, y, z, length, width, height (m), yaw (rad) in the vehicle frame of that moment.
+            rig: The camera of the image.
+            boxes: (n, 7) center x, y, z, length, width, height (m), yaw (rad) in the vehicle frame at the image's time.
 
         Returns:
-            One answer for each box, in order; nothing is known of boxes out of view, too small, or
-            behind dirt on the lens.
+            One answer for each box, in order. It is empty for boxes that are out of view, too small, or behind dirt on
+            the lens.
         """
         windows = windows_of(rig, boxes)
         keep = np.flatnonzero(windows.usable & ~behind_dirt(windows, frame))
         answers: list[Attributes] = [Attributes()] * len(boxes)
         if len(keep):
             crops = cut_crops(frame.rgb, windows.center[keep], windows.side[keep])
-            told = self.network.run(crops, features_of(rig, boxes, windows)[keep])
-            for i, item in zip(keep.tolist(), attributes_of(told, self.network), strict=True):
+            crop_answers = self.network.run(crops, features_of(rig, boxes, windows)[keep])
+            for i, item in zip(keep.tolist(), attributes_of(crop_answers, self.network), strict=True):
                 answers[i] = item
         return tuple(answers)
 
 
 def attributes_of(answers: CropAnswers, network: CropNetwork) -> list[Attributes]:
-    """Return the answers for crops of objects that reach the network's thresholds; a hidden object has no lamps."""
+    """Return the answers that reach the network's thresholds, for crops of objects; none for lamps of hidden ones."""
     best = answers.kind.argmax(axis=1)
-    sure = answers.kind.max(axis=1)
-    says = sure >= network.least_kind[best]
+    confidence = answers.kind.max(axis=1)
+    is_certain = confidence >= network.least_kind[best]
     hidden = best == KINDS.index(NOTHING)
     lamps = np.where(hidden[:, None], np.nan, _lamps(answers.lamps, network.least_lamp))
-    found = []
+    attributes = []
     for i in range(len(best)):
-        kind = ObjectKind(KINDS[best[i]]) if says[i] and not hidden[i] else None
+        kind = ObjectKind(KINDS[best[i]]) if is_certain[i] and not hidden[i] else None
         brake, left, right, special, door = (None if np.isnan(lamp) else bool(lamp) for lamp in lamps[i].tolist())
-        gone = bool(hidden[i]) if says[i] else None
+        is_hidden = bool(hidden[i]) if is_certain[i] else None
         gesture = _gesture(answers.gesture[i], network.least_gesture) if kind is ObjectKind.FLAGGER else None
         shares = answers.kind[i]
-        found.append(Attributes(kind, float(sure[i]), shares, gone, brake, left, right, special, door, gesture))
-    return found
+        attributes.append(
+            Attributes(kind, float(confidence[i]), shares, is_hidden, brake, left, right, special, door, gesture)
+        )
+    return attributes
 
 
-def _gesture(shares: Floats, least: Floats) -> Gesture | None:
+def _gesture(shares: Floats, thresholds: Floats) -> Gesture | None:
     best = int(shares.argmax())
-    sure = shares[best] >= least[best] and GESTURES[best] != UNSEEN_GESTURE
-    return Gesture(GESTURES[best]) if sure else None
+    confidence = shares[best] >= thresholds[best] and GESTURES[best] != UNSEEN_GESTURE
+    return Gesture(GESTURES[best]) if confidence else None
 
 
-def _lamps(shares: Floats, least: Floats) -> NDArray[np.float64]:
-    """(n, lamps): 1 on, 0 off, NaN if neither is sure enough."""
-    on = shares[..., ON] >= least[:, ON]
-    off = shares[..., OFF] >= least[:, OFF]
+def _lamps(shares: Floats, thresholds: Floats) -> NDArray[np.float64]:
+    """Return (n, lamps): 1 on, 0 off, NaN if neither reaches its threshold."""
+    on = shares[..., ON] >= thresholds[:, ON]
+    off = shares[..., OFF] >= thresholds[:, OFF]
     return np.asarray(np.where(on, 1.0, np.where(off, 0.0, np.nan)))

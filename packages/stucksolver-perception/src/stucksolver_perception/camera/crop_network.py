@@ -1,4 +1,4 @@
-"""The crop network: its questions, its weights and card, and its answers as probabilities."""
+"""Loads and runs the crop network, and returns its answers as probabilities."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from stucksolver_perception.network_files import DATA, NetworkFileError, load_se
 from stucksolver_perception.recording import PARTS
 
 VERSION = 2
-"""Version of the network's inputs and outputs, the names below included."""
+"""Version of the network's inputs and outputs, with the names below."""
 NOTHING = "nothing"
-"""The answer for a box whose object is hidden, or that is empty."""
+"""The answer for a box that is empty, or whose object is hidden."""
 KINDS = (*(kind.value for kind in ObjectKind if kind is not ObjectKind.UNKNOWN), NOTHING)
 LAMPS = PARTS
 LAMP_ANSWERS = ("off", "on", "unseen")
@@ -25,9 +25,9 @@ LIGHTS = ("red", "yellow", "green", "off", "unseen")
 UNSEEN_GESTURE = "unseen"
 GESTURES = (*(item.value for item in Gesture), UNSEEN_GESTURE)
 HEADS = {"kind": len(KINDS), "lamps": len(LAMPS) * len(LAMP_ANSWERS), "light": len(LIGHTS), "gesture": len(GESTURES)}
-"""The network's outputs in this order, and the number of logits of each."""
+"""The number of logits of each of the network's outputs, in order."""
 NEVER = 2.0
-"""A threshold that no confidence reaches: the answer was never good enough on held-out data."""
+"""A threshold that no confidence reaches, for answers that were not accurate enough on held-out data."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,14 +41,14 @@ class CropAnswers:
     light: Floats
     """(n, len(LIGHTS))."""
     gesture: Floats
-    """(n, len(GESTURES)); it means something only for a flagger."""
+    """(n, len(GESTURES)); valid only for flaggers."""
 
 
 class CropNetwork:
-    """Runs the network.
+    """The loaded network.
 
     Raises:
-        WeightsError: Its files cannot be used.
+        NetworkFileError: Its files cannot be used.
     """
 
     def __init__(self, folder: Path = DATA, threads: int = 1) -> None:
@@ -57,21 +57,19 @@ class CropNetwork:
         names = {"kinds": KINDS, "lamps": LAMPS, "lights": LIGHTS, "gestures": GESTURES}
         for key, expected in names.items():
             if self.card.get(key) != list(expected):
-                raise NetworkFileError(
-                    f"{card_file}: `{key}` are not those that this code reads; train the network again"
-                )
+                raise NetworkFileError(f"{card_file}: `{key}` differ from those of this code; train the network again")
         try:
             self._temperature = {head: float(self.card["temperatures"][head]) for head in HEADS}
-            least: dict[str, Any] = self.card["least"]
-            self.least_kind = np.array([float(least["kind"][name]) for name in KINDS])
+            thresholds: dict[str, Any] = self.card["least"]
+            self.least_kind = np.array([float(thresholds["kind"][name]) for name in KINDS])
             self.least_lamp = np.array(
-                [[float(least["lamps"][name][answer]) for answer in LAMP_ANSWERS] for name in LAMPS]
+                [[float(thresholds["lamps"][name][answer]) for answer in LAMP_ANSWERS] for name in LAMPS]
             )
-            self.least_light = np.array([float(least["light"][name]) for name in LIGHTS])
-            self.least_gesture = np.array([float(least["gesture"][name]) for name in GESTURES])
+            self.least_light = np.array([float(thresholds["light"][name]) for name in LIGHTS])
+            self.least_gesture = np.array([float(thresholds["gesture"][name]) for name in GESTURES])
         except (KeyError, TypeError, ValueError) as error:
             raise NetworkFileError(
-                f"{card_file}: a temperature or threshold is missing: {error}; train it again"
+                f"{card_file}: a temperature or threshold is missing: {error}; train the network again"
             ) from error
 
     def run(self, crops: Pixels, features: Singles) -> CropAnswers:

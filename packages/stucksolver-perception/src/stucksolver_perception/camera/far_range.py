@@ -1,4 +1,4 @@
-"""The range of a vehicle in the image, from where it touches the road and from its size."""
+"""Computes the range of a vehicle in the image from its contact with the road and from its size."""
 
 from __future__ import annotations
 
@@ -14,78 +14,80 @@ from stucksolver_perception.measurements import Floats
 from stucksolver_perception.rig import CameraRig
 
 NEAREST_M, FARTHEST_M = 5.0, 400.0
-"""Ranges outside are not believed."""
-LEAST_SIDE_PX = 1.0
+"""Bounds of a plausible range (m). Ours."""
+MIN_SIDE_PX = 1.0
+"""Lower bound of width and height, for their logarithms (px). Ours."""
 COLUMN_SIGMA_PX = 1.5
-"""Error of a box's middle column: a larger one would count as a miss in the evaluation of the card."""
+"""Standard deviation of a box's middle column (px). Larger errors count as misses in the evaluation of the card."""
 
 
 @dataclass(frozen=True)
 class RangeModel:
-    """How ranges follow from boxes; fitted to detections in held-out images, and stored in the network's card.
+    """The relation between boxes and ranges, fitted to detections in held-out images and stored in the network's card.
 
-    The row in which a box ends is `row_bias_px` lower than on a flat road, with standard deviation `row_sigma_px`: the
-    network's error and the road's slope together. The logarithm of the range is linear in those of width and height;
-    the spread of vehicle sizes is in `size_sigma`.
+    A box's lower edge is `row_bias_px` lower than on a flat road, with standard deviation `row_sigma_px`: the network's
+    error and the road's slope together. The logarithm of the range is linear in the logarithms of width and height.
+    `size_sigma` contains the spread of vehicle sizes.
     """
 
     row_bias_px: float
     row_sigma_px: float
     row_noise_px: float
-    """Error of the detector alone: the distance of its lower edges from the true ones (px)."""
+    """Error of the detector alone: distance of its lower edges from the true ones (px)."""
     size: tuple[tuple[float, float, float], ...]
     """For each label: constant, factors of log width and of log height."""
     size_sigma: tuple[float, ...]
-    """For each label, of the range's logarithm."""
+    """For each label: standard deviation of the range's logarithm."""
     half_length_m: tuple[float, ...]
     """For each label: distance from the nearest edge on the road to the center (m)."""
     inflation: float
-    """Factor on the fused standard deviation: the two sources are not quite independent."""
+    """Factor of the fused standard deviation, because the two sources are not fully independent."""
 
     @staticmethod
     def from_card(card: Mapping[str, Any]) -> RangeModel:
         """Read the model from a network's card."""
-        told = card["range"]
+        fields = card["range"]
         return RangeModel(
-            float(told["row_bias_px"]),
-            float(told["row_sigma_px"]),
-            float(told["row_noise_px"]),
-            tuple((float(a), float(b), float(c)) for a, b, c in told["size"]),
-            tuple(float(item) for item in told["size_sigma"]),
-            tuple(float(item) for item in told["half_length_m"]),
-            float(told["inflation"]),
+            float(fields["row_bias_px"]),
+            float(fields["row_sigma_px"]),
+            float(fields["row_noise_px"]),
+            tuple((float(a), float(b), float(c)) for a, b, c in fields["size"]),
+            tuple(float(item) for item in fields["size_sigma"]),
+            tuple(float(item) for item in fields["half_length_m"]),
+            float(fields["inflation"]),
         )
 
 
 @dataclass(frozen=True, eq=False)
 class FarPlaces:
-    """Positions of detections in the vehicle frame; equal lengths n."""
+    """Positions of n detections in the vehicle frame."""
 
     range_m: Floats
     """(n,): distance from the lens along the ground to the object's center (m)."""
     range_sigma_m: Floats
+    """(n,): standard deviation of the range (m)."""
     xy: Floats
-    """(n, 2)."""
+    """(n, 2): position (m)."""
     covariance: Floats
-    """(n, 2, 2)."""
+    """(n, 2, 2): covariance of the position (m²)."""
 
 
-def far_places(found: FarDetections, rig: CameraRig, model: RangeModel, pitch_rad: float = 0.0) -> FarPlaces:
-    """Return where detections are on a flat road.
+def far_places(detections: FarDetections, rig: CameraRig, model: RangeModel, pitch_rad: float = 0.0) -> FarPlaces:
+    """Return the positions of detections on a flat road.
 
     Args:
-        found: From `FarDetector.detect`.
+        detections: From `FarDetector.detect`.
         rig: The same camera.
         model: See `RangeModel.from_card`.
-        pitch_rad: As given to `detect` (rad).
+        pitch_rad: As in `FarDetector.detect` (rad).
     """
-    range_m, sigma_m = ranges_of(found, rig, model, pitch_rad)
-    return places_at(found, rig, range_m, sigma_m)
+    range_m, sigma_m = ranges_of(detections, rig, model, pitch_rad)
+    return places_at(detections, rig, range_m, sigma_m)
 
 
-def places_at(found: FarDetections, rig: CameraRig, range_m: Floats, sigma_m: Floats) -> FarPlaces:
-    """Return the positions of detections at known ranges: along the line of sight by these, across it by the column."""
-    bearing = np.arctan2(rig.width_px / 2.0 - found.column, rig.focal_px) + np.radians(rig.mount.yaw_deg)
+def places_at(detections: FarDetections, rig: CameraRig, range_m: Floats, sigma_m: Floats) -> FarPlaces:
+    """Return the positions of detections at known ranges: the ranges along the line of sight, the columns across it."""
+    bearing = np.arctan2(rig.width_px / 2.0 - detections.column, rig.focal_px) + np.radians(rig.mount.yaw_deg)
     along = np.stack([np.cos(bearing), np.sin(bearing)], 1)
     across = np.stack([-np.sin(bearing), np.cos(bearing)], 1)
     side_m = range_m * COLUMN_SIGMA_PX / rig.focal_px
@@ -95,39 +97,43 @@ def places_at(found: FarDetections, rig: CameraRig, range_m: Floats, sigma_m: Fl
     return FarPlaces(range_m, sigma_m, xy, covariance)
 
 
-def ranges_of(found: FarDetections, rig: CameraRig, model: RangeModel, pitch_rad: float = 0.0) -> tuple[Floats, Floats]:
+def ranges_of(
+    detections: FarDetections, rig: CameraRig, model: RangeModel, pitch_rad: float = 0.0
+) -> tuple[Floats, Floats]:
     """Return the range and its standard deviation (m), from row and size together.
 
-    Both are fused as Gaussians of the inverse range, in which a pixel's error of the row is constant.
+    Both are fused as Gaussians of the inverse range, in which a row error of one pixel is constant.
     """
-    by_row, row_sigma = by_row_of(found, rig, model, pitch_rad)
-    by_size, size_sigma = by_size_of(found, model)
+    by_row, row_sigma = by_row_of(detections, rig, model, pitch_rad)
+    by_size, size_sigma = by_size_of(detections, model)
     weight_row, weight_size = row_sigma**-2.0, size_sigma**-2.0
     inverse = (by_row * weight_row + by_size * weight_size) / (weight_row + weight_size)
     inverse = np.clip(inverse, 1.0 / FARTHEST_M, 1.0 / NEAREST_M)
-    # If row and size contradict each other more than their errors allow, the result is no surer than that difference.
-    apart = np.abs(by_row - by_size) / np.sqrt(row_sigma**2 + size_sigma**2)
-    sigma = model.inflation * np.maximum(apart / 2.0, 1.0) / np.sqrt(weight_row + weight_size)
+    # If row and size differ by more than their errors, the standard deviation grows with the difference.
+    difference = np.abs(by_row - by_size) / np.sqrt(row_sigma**2 + size_sigma**2)
+    sigma = model.inflation * np.maximum(difference / 2.0, 1.0) / np.sqrt(weight_row + weight_size)
     return 1.0 / inverse, sigma / inverse**2
 
 
-def by_row_of(found: FarDetections, rig: CameraRig, model: RangeModel, pitch_rad: float = 0.0) -> tuple[Floats, Floats]:
+def by_row_of(
+    detections: FarDetections, rig: CameraRig, model: RangeModel, pitch_rad: float = 0.0
+) -> tuple[Floats, Floats]:
     """Return the inverse range to the center (1/m) from the lower edge on a flat road, and its standard deviation."""
     scale = rig.focal_px * rig.mount.z_m
-    below = np.maximum(found.row - model.row_bias_px - horizon_row(rig, pitch_rad), scale / FARTHEST_M)
-    range_m = scale / below + np.array(model.half_length_m)[found.label]
-    return 1.0 / range_m, np.full(len(found), model.row_sigma_px / scale)
+    below_px = np.maximum(detections.row - model.row_bias_px - horizon_row(rig, pitch_rad), scale / FARTHEST_M)
+    range_m = scale / below_px + np.array(model.half_length_m)[detections.label]
+    return 1.0 / range_m, np.full(len(detections), model.row_sigma_px / scale)
 
 
-def by_size_of(found: FarDetections, model: RangeModel) -> tuple[Floats, Floats]:
+def by_size_of(detections: FarDetections, model: RangeModel) -> tuple[Floats, Floats]:
     """Return the inverse range (1/m) from width and height, and its standard deviation."""
-    size = np.array(model.size)[found.label]
-    logs = logs_of(found)
+    size = np.array(model.size)[detections.label]
+    logs = logs_of(detections)
     inverse = np.exp(-np.sum(size * logs, axis=1))
-    return inverse, inverse * np.array(model.size_sigma)[found.label]
+    return inverse, inverse * np.array(model.size_sigma)[detections.label]
 
 
-def logs_of(found: FarDetections) -> Floats:
-    """(n, 3): 1, and the logarithms of width and height."""
-    sides = np.maximum(np.stack([found.width, found.height], 1), LEAST_SIDE_PX)
-    return np.column_stack([np.ones(len(found)), np.log(sides)])
+def logs_of(detections: FarDetections) -> Floats:
+    """Return (n, 3): 1, and the logarithms of width and height."""
+    sides = np.maximum(np.stack([detections.width, detections.height], 1), MIN_SIDE_PX)
+    return np.column_stack([np.ones(len(detections)), np.log(sides)])

@@ -1,4 +1,4 @@
-"""The strip of the image around the horizon with far vehicles: its rows, and how it is cut out."""
+"""Cuts out the strip of the image around the horizon, which contains far vehicles."""
 
 from __future__ import annotations
 
@@ -10,19 +10,20 @@ from stucksolver_perception.measurements import CameraFrame, Floats, Pixels
 from stucksolver_perception.rig import CameraRig
 
 STRIP_ROWS = 192
-"""Half of them above the horizon: on roads whose slope changes by up to 8 % the far end stays inside."""
+"""Number of rows, half of them above the horizon. A far road stays inside if the slope changes by up to 8 %."""
 STRIDE = 4
 """Pixels per cell of the network's output, in both directions."""
 LABELS = ("vehicle", "two_wheeler", "person")
-"""The detector's own labels, coarser than those of the LiDAR."""
+"""The detector's labels, which are coarser than those of the LiDAR."""
 FILL = 114
-"""Gray beyond the image's edges."""
+"""Gray value outside the image. Ours."""
 BAND_ROWS = 12
-"""Rows on either side of the horizon in which contrast is measured: about the height of a car 150 m away."""
+"""Number of rows above and below the horizon in which the contrast is measured: about a car's height at 150 m."""
 RED_GREEN_BLUE = (299, 587, 114)
 """Weights of luminance in thousandths (ITU-R BT.601).
 
-Integers: sums of them are exact, so that every processor finds the same class of look (see `far_sight.SightModel`).
+They are integers, whose sums are exact, so that every processor finds the same class of image (see
+`camera_sight_distance.SightModel`).
 """
 
 
@@ -31,19 +32,19 @@ def horizon_row(rig: CameraRig, pitch_rad: float = 0.0) -> float:
 
     Args:
         rig: The camera.
-        pitch_rad: How far the vehicle's nose is down relative to the road ahead (rad).
+        pitch_rad: Downward pitch of the vehicle relative to the road ahead (rad).
     """
     down_rad = math.radians(rig.mount.pitch_deg) + pitch_rad
     return rig.height_px / 2.0 - rig.focal_px * math.tan(down_rad)
 
 
 def strip_top(rig: CameraRig, pitch_rad: float = 0.0) -> int:
-    """Return the image's row with which the strip begins; it may lie outside the image."""
+    """Return the first row of the strip, which may be outside the image."""
     return round(horizon_row(rig, pitch_rad)) - STRIP_ROWS // 2
 
 
 def is_dirty(frame: CameraFrame, rig: CameraRig) -> bool:
-    """True if known dirt on the lens lies in the strip: a vehicle far away may be behind it in each image."""
+    """Return True if known dirt on the lens is in the strip, because it may cover a far vehicle in every image."""
     if frame.covered is None:
         return False
     top, cells = strip_top(rig), len(frame.covered)
@@ -52,7 +53,7 @@ def is_dirty(frame: CameraFrame, rig: CameraRig) -> bool:
 
 
 def cut_rows(rgb: Pixels, top: int, rows: int) -> Pixels:
-    """(rows, width, 3): rows of an image from `top` on; gray outside."""
+    """Return (rows, width, 3): the rows of an image from `top` on; gray outside."""
     height = len(rgb)
     if top >= 0 and top + rows <= height:
         return rgb[top : top + rows]
@@ -64,16 +65,16 @@ def cut_rows(rgb: Pixels, top: int, rows: int) -> Pixels:
 
 
 def look_of(strip: Pixels) -> Floats:
-    """(2,): brightness of the band at the horizon (mean, 0 to 255), and its contrast.
+    """Return (2,): brightness of the band at the horizon (mean, 0 to 255), and its contrast.
 
     The contrast is the largest step of luminance (0 to 255) from one row to the next, as the median over the columns.
-    By day it is 15 to 60, even on an empty plain, since the sky or houses meet the ground there. Fog and night bring
-    it down to a few. Far cars are missed then, so recall is stored by both (see `far_sight`).
+    By day it is 15 to 60, even on an empty plain, because the sky or houses meet the ground there. In fog and at night
+    it is only a few units. Far cars are missed then, so recall is stored for both values (see `camera_sight_distance`).
 
     Args:
-        strip: (`STRIP_ROWS`, width, 3), the horizon in its middle.
+        strip: (`STRIP_ROWS`, width, 3), with the horizon in its middle.
     """
-    middle = len(strip) // 2
-    band = strip[middle - BAND_ROWS : middle + BAND_ROWS].astype(np.int64) @ np.array(RED_GREEN_BLUE, np.int64)
+    center = len(strip) // 2
+    band = strip[center - BAND_ROWS : center + BAND_ROWS].astype(np.int64) @ np.array(RED_GREEN_BLUE, np.int64)
     steps = np.abs(np.diff(band, axis=0)).max(axis=0)
     return np.array([float(band.mean()), float(np.median(steps))]) / sum(RED_GREEN_BLUE)

@@ -1,4 +1,4 @@
-"""Compares what a text recognizer read with a fixed list of words. Nothing but words of the list leaves this module.
+"""Compares text from a text recognizer with a fixed list of words. Only words of the list leave this module.
 
 Text on signs is untrusted, so free text must never reach a language model's prompt. A plate counts as a whole: STOP
 AHEAD is not STOP. Speeds are not on the list, because a misread speed is worse than none.
@@ -24,30 +24,30 @@ PLATES: dict[SignWord, tuple[str, ...]] = {
     SignWord.AMBULANCE: ("AMBULANCE",),
     SignWord.FIRE: ("FIRE",),
 }
-"""The texts of whole plates that stand for each word."""
-ALIKE = ("OCDQ0", "I1LJT", "S5", "B8", "Z2", "VY", "G6", "A4")
-"""Letters and digits that recognizers confuse with each other: equal in the comparison."""
-SURE = 0.6
-"""The least confidence of each line of a plate."""
+"""The texts of whole plates for each word."""
+CONFUSED_LETTERS = ("OCDQ0", "I1LJT", "S5", "B8", "Z2", "VY", "G6", "A4")
+"""Letters and digits that recognizers confuse. They are equal in the comparison. Ours."""
+MIN_CONFIDENCE = 0.6
+"""Minimum confidence of each line of a plate. Ours."""
 ONE_EDIT_FROM = 7
-"""Number of letters from which a word may differ by one letter: FIELD is not YIELD, POLICY not POLICE."""
+"""Minimum number of letters of a word that may differ by one letter: FIELD is not YIELD, POLICY is not POLICE. Ours."""
 TWO_EDITS_FROM = 9
-"""The same for two letters."""
-SPARE = frozenset({SignWord.DETOUR})
-"""Shorter words that may differ by a letter, since no other word of English does."""
+"""Minimum number of letters of a word that may differ by two letters. Ours."""
+DISTINCT_WORDS = frozenset({SignWord.DETOUR})
+"""Shorter words that may differ by a letter, because no other English word is that similar."""
 LINE_GAP = 0.9
-"""Largest gap between two lines of one plate, in heights of the smaller one."""
+"""Maximum gap between two lines of one plate, in heights of the smaller one. Ours."""
 LINE_OVERLAP = 0.4
-"""Least overlap of such lines, as a share of the narrower one; or of the lower one, if they stand side by side."""
+"""Minimum overlap of two such lines, as a share of the narrower one; of the lower one for pieces side by side. Ours."""
 SPACE_GAP = 1.2
-"""Largest gap between two pieces of one line, in heights of the smaller one."""
+"""Maximum gap between two pieces of one line, in heights of the smaller one. Ours."""
 SIZE_RATIO = 2.5
-"""The heights of lines of one plate differ by at most this factor."""
+"""Maximum ratio of the heights of two lines of one plate. Ours."""
 
 
 @dataclass(frozen=True)
 class TextLine:
-    """A line of text in an image, as read: untrusted."""
+    """A line of text in an image, as recognized and untrusted. Its rectangle is in px."""
 
     text: str
     confidence: float
@@ -55,12 +55,11 @@ class TextLine:
     top: float
     right: float
     bottom: float
-    """Its rectangle (px)."""
 
 
 @dataclass(frozen=True)
 class DetectedWord:
-    """A word of the list, and the middle of its plate in the image (px)."""
+    """A word of the list, and the center of its plate in the image (px)."""
 
     word: SignWord
     column: float
@@ -68,21 +67,25 @@ class DetectedWord:
 
 
 def words_of(lines: Sequence[TextLine]) -> tuple[DetectedWord, ...]:
-    """Return the words of the list that whole plates show."""
-    found = []
+    """Return the words of the list on whole plates."""
+    words = []
     for plate in plates_of([line for line in lines if _plain(line.text)]):
         word = word_of("".join(line.text for line in plate))
-        if word is not None and min(line.confidence for line in plate) >= SURE:
+        if word is not None and min(line.confidence for line in plate) >= MIN_CONFIDENCE:
             column = (min(line.left for line in plate) + max(line.right for line in plate)) / 2.0
             row = (min(line.top for line in plate) + max(line.bottom for line in plate)) / 2.0
-            found.append(DetectedWord(word, column, row))
-    return tuple(found)
+            words.append(DetectedWord(word, column, row))
+    return tuple(words)
 
 
 def word_of(text: str) -> SignWord | None:
-    """Return the word of the list whose plate has this text, but for the allowed errors; None if there is none."""
-    read = _folded(_plain(text))
-    close = [(_edits(read, shape, most), word) for shape, word, most in _SHAPES if abs(len(read) - len(shape)) <= most]
+    """Return the word of the list whose plate has this text, with the allowed errors; None without one."""
+    text_read = _folded(_plain(text))
+    close = [
+        (_edits(text_read, shape, max_edits), word)
+        for shape, word, max_edits in _SHAPES
+        if abs(len(text_read) - len(shape)) <= max_edits
+    ]
     best = min(((edits, word) for edits, word in close if edits is not None), default=None, key=lambda item: item[0])
     return None if best is None else best[1]
 
@@ -91,25 +94,25 @@ def plates_of(lines: Sequence[TextLine]) -> list[list[TextLine]]:
     """Return the lines in groups, one per plate, each in the order of reading."""
     groups: list[list[TextLine]] = []
     for line in sorted(lines, key=lambda line: line.top):
-        beside = [group for group in groups if any(_belong(line, other) for other in group)]
-        joined = [line, *(other for group in beside for other in group)]
-        groups = [group for group in groups if group not in beside] + [joined]
+        neighbors = [group for group in groups if any(_are_on_one_plate(line, other) for other in group)]
+        joined_lines = [line, *(other for group in neighbors for other in group)]
+        groups = [group for group in groups if group not in neighbors] + [joined_lines]
     return [_in_order(group) for group in groups]
 
 
 def _in_order(group: list[TextLine]) -> list[TextLine]:
-    """Return the lines of a plate from top to bottom, and those side by side from left to right."""
+    """Return the lines of a plate from top to bottom, and pieces side by side from left to right."""
     rows: list[list[TextLine]] = []
     for line in sorted(group, key=lambda item: item.top + item.bottom):
-        middle = (line.top + line.bottom) / 2.0
-        if rows and rows[-1][0].top < middle < rows[-1][0].bottom:
+        center = (line.top + line.bottom) / 2.0
+        if rows and rows[-1][0].top < center < rows[-1][0].bottom:
             rows[-1].append(line)
         else:
             rows.append([line])
     return [line for row in rows for line in sorted(row, key=lambda item: item.left)]
 
 
-def _belong(first: TextLine, second: TextLine) -> bool:
+def _are_on_one_plate(first: TextLine, second: TextLine) -> bool:
     heights = sorted((first.bottom - first.top, second.bottom - second.top))
     if heights[1] > SIZE_RATIO * heights[0]:
         return False
@@ -121,11 +124,11 @@ def _belong(first: TextLine, second: TextLine) -> bool:
 
 
 def _plain(text: str) -> str:
-    """Return letters and digits. Those of other scripts stay as `?`, so that such a text is no word of the list."""
+    """Return the letters and digits. Those of other scripts become `?`, so that such a text is no word of the list."""
     return "".join(letter if letter.isascii() else "?" for letter in text.upper() if letter.isalnum())
 
 
-_FOLD = {ord(letter): group[0] for group in ALIKE for letter in group}
+_FOLD = {ord(letter): group[0] for group in CONFUSED_LETTERS for letter in group}
 
 
 def _folded(text: str) -> str:
@@ -135,21 +138,21 @@ def _folded(text: str) -> str:
 def _most_edits(word: SignWord, letters: int) -> int:
     if letters >= TWO_EDITS_FROM:
         return 2
-    return int(letters >= ONE_EDIT_FROM or word in SPARE)
+    return int(letters >= ONE_EDIT_FROM or word in DISTINCT_WORDS)
 
 
 _SHAPES = tuple(
     (_folded(_plain(plate)), word, _most_edits(word, len(_plain(plate))))
-    for word, some in PLATES.items()
-    for plate in some
+    for word, plates in PLATES.items()
+    for plate in plates
 )
 
 
-def _edits(read: str, wanted: str, most: int) -> int | None:
-    """Return the edit distance; None if it is above `most`."""
-    row = list(range(len(wanted) + 1))
-    for i, letter in enumerate(read, 1):
-        before, row[0] = row[0], i
-        for j, other in enumerate(wanted, 1):
-            before, row[j] = row[j], min(row[j] + 1, row[j - 1] + 1, before + (letter != other))
-    return row[-1] if row[-1] <= most else None
+def _edits(text_read: str, expected: str, max_edits: int) -> int | None:
+    """Return the edit distance; None if it is above `max_edits`."""
+    row = list(range(len(expected) + 1))
+    for i, letter in enumerate(text_read, 1):
+        diagonal, row[0] = row[0], i
+        for j, other in enumerate(expected, 1):
+            diagonal, row[j] = row[j], min(row[j] + 1, row[j - 1] + 1, diagonal + (letter != other))
+    return row[-1] if row[-1] <= max_edits else None

@@ -1,4 +1,4 @@
-"""Edges in an image that stay at the same pixels from look to look, and the pieces that they form."""
+"""Finds edges that stay at the same pixels in successive images, and the pieces that they form."""
 
 from __future__ import annotations
 
@@ -12,55 +12,62 @@ from stucksolver_perception.measurements import Singles
 
 Mask = NDArray[np.bool_]
 
-EDGE = 4.0
-"""Least difference of brightness (0 to 255) across two samples. Healthy drives are as clean with 2.5."""
-MEMORY = 1.0 / 12.0
-"""Weight of a new look."""
-STAYS = 0.7
-"""An edge stays if its mean direction is longer than this: after 14 looks that agree. On a grainy road, where edges are
-random, chance brings one sample of 80 000 there.
-"""
-STILL = 0.55
-"""The same for what is known: it may be hard to see for a while, and is gone after 7 looks without it."""
-LEVEL = 0.25
-"""In a row of samples with a larger share of edges that prove nothing, these are the horizon or other level lines."""
+MIN_EDGE = 4.0
+"""Minimum difference of brightness across two samples (0 to 255). Healthy drives are as clean with 2.5."""
+LOOK_WEIGHT = 1.0 / 12.0
+"""Weight of a new image. Ours."""
+STATIC_LENGTH = 0.7
+"""Length of the mean direction from which an edge stays. It is reached after 14 equal images. On a grainy road with
+random edges, one sample of 80,000 reaches it by chance."""
+KNOWN_LENGTH = 0.55
+"""Length of the mean direction down to which known dirt is still there. It is left after 7 images without the edge."""
+LEVEL_SHARE = 0.25
+"""Share of edges without proof in a row of samples above which they are the horizon or other level lines. Ours."""
 
 
 @dataclass
 class StaticEdges:
-    """The mean direction of the edge at each sample: its length is near 1 only if the same edge is there each time."""
+    """The mean direction of the edge at each sample. Its length is near 1 only for the same edge in all images."""
 
     motion_x: Singles
-    """(rows, columns): direction in which the scene moves at each sample, to the right ..."""
+    """(rows, columns): component to the right of the scene's direction of motion at each sample."""
     motion_y: Singles
-    """... and down."""
+    """(rows, columns): component down of that direction."""
     right: Singles = field(init=False)
+    """(rows, columns): component to the right of the edge's mean direction."""
     down: Singles = field(init=False)
+    """(rows, columns): component down of that direction."""
 
     def __post_init__(self) -> None:
         self.right, self.down = np.zeros_like(self.motion_x), np.zeros_like(self.motion_x)
 
     def add(self, samples: Singles) -> None:
-        """Add a look: brightness at the samples, with a border of one more on each side. Rows may be left out below."""
+        """Add an image: brightness at the samples, with a border of one sample on each side.
+
+        Rows at the lower end may be missing.
+        """
         tall = samples[:-2] + 2.0 * samples[1:-1] + samples[2:]
         wide = samples[:, :-2] + 2.0 * samples[:, 1:-1] + samples[:, 2:]
         x, y = 0.25 * (tall[:, 2:] - tall[:, :-2]), 0.25 * (wide[2:] - wide[:-2])
         size = np.hypot(x, y)
-        weight = np.where(size > EDGE, np.float32(MEMORY) / np.maximum(size, np.float32(EDGE)), np.float32(0.0))
-        for mean, part in ((self.right[: len(x)], x), (self.down[: len(x)], y)):
-            mean += weight * part - np.float32(MEMORY) * mean
+        weight = np.where(
+            size > MIN_EDGE, np.float32(LOOK_WEIGHT) / np.maximum(size, np.float32(MIN_EDGE)), np.float32(0.0)
+        )
+        for mean, component in ((self.right[: len(x)], x), (self.down[: len(x)], y)):
+            mean += weight * component - np.float32(LOOK_WEIGHT) * mean
 
-    def staying(self, least: float = STAYS) -> Mask:
-        """(rows, columns): where any edge stays."""
-        return np.asarray(np.hypot(self.right, self.down) > least)
+    def staying(self, min_length: float = STATIC_LENGTH) -> Mask:
+        """Return (rows, columns): True for edges that stay."""
+        return np.asarray(np.hypot(self.right, self.down) > min_length)
 
-    def proving(self, least: float = STAYS) -> Mask:
-        """(rows, columns): where an edge stays that lies across the scene's motion (by more than 45 degrees), which no
-        edge of the scene can.
+    def proving(self, min_length: float = STATIC_LENGTH) -> Mask:
+        """Return (rows, columns): True for edges that stay although they are across the scene's motion.
+
+        Their angle to the motion is more than 45 degrees. No edge of the scene itself can stay there.
         """
-        moving = self.right * self.motion_x + self.down * self.motion_y
-        beside = self.right * self.motion_y - self.down * self.motion_x
-        return np.asarray(self.staying(least) & (np.abs(moving) > np.abs(beside)))
+        along_motion = self.right * self.motion_x + self.down * self.motion_y
+        across_motion = self.right * self.motion_y - self.down * self.motion_x
+        return np.asarray(self.staying(min_length) & (np.abs(along_motion) > np.abs(across_motion)))
 
 
 def without_lines(edges: Mask, wide: float, thick: float) -> Mask:
@@ -72,33 +79,33 @@ def without_lines(edges: Mask, wide: float, thick: float) -> Mask:
     return np.asarray(edges & ~np.isin(label, lines))
 
 
-def covered_by(edges: Mask, proof: Mask, least: int) -> tuple[Mask, float]:
-    """Return where pieces are, as rectangles, and the share of the image that they take.
+def covered_by(edges: Mask, proof: Mask, min_length: int) -> tuple[Mask, float]:
+    """Return the rectangles of the pieces as a mask, and their share of the image.
 
-    An outline is rarely closed: where the scene is as bright as what stays, it has a gap. So a piece takes all of its
-    rectangle. One that reaches the lower edge of the image is left out, and the horizon is no part of any.
+    An outline is rarely closed: it has gaps where the scene is as bright as the dirt. So a piece covers its whole
+    rectangle. A piece that reaches the lower edge of the image is left out, and the horizon is part of no piece.
 
     Args:
-        edges: (rows, columns), all that stay.
-        proof: Those of them that no scene has.
-        least: Least number of the latter in a piece.
+        edges: (rows, columns), all edges that stay.
+        proof: The edges that cannot belong to the scene.
+        least: Minimum number of proving samples in a piece.
     """
     label, _ = _pieces(edges)
     edges = edges & ~np.isin(label, label[-1][edges[-1]])
-    level = (edges & ~proof).mean(axis=1) > LEVEL
+    level = (edges & ~proof).mean(axis=1) > LEVEL_SHARE
     label, boxes = _pieces(np.where(level[:, None], edges & proof, edges))
     proofs = np.bincount(label.ravel(), weights=proof.ravel(), minlength=len(boxes) + 1)
     covered, area = np.zeros(edges.shape, bool), 0
     for box, count in zip(boxes, proofs[1:], strict=True):
-        if count >= least:
+        if count >= min_length:
             covered[box] = True
-            # An edge is seen from one sample beside it.
+            # An edge is detected one sample beyond its position, on each side.
             area += math.prod(max(side.stop - side.start - 2, 1) for side in box)
     return covered, min(area / edges.size, 1.0)
 
 
 def _pieces(edges: Mask) -> tuple[NDArray[np.int32], list[tuple[slice, slice]]]:
-    """Number what is connected, also over corners, from 1 on, and return the rows and columns of each."""
+    """Return the connected pieces, numbered from 1, also connected over corners, and the rows and columns of each."""
     from scipy import ndimage  # type: ignore[import-untyped]
 
     label, _ = ndimage.label(edges, np.ones((3, 3)))

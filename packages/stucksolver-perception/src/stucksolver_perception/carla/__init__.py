@@ -1,4 +1,4 @@
-"""A vehicle in CARLA with its own sensors: perception runs beside the loop, and the world is as perceived."""
+"""Provides sensor-based perception for a vehicle in CARLA: perception runs in a thread beside the control loop."""
 
 from stucksolver_perception.carla.ego_perception import EgoPerception
 from stucksolver_perception.carla.perceived_ego import PerceivedEgo

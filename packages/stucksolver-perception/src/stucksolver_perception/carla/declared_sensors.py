@@ -1,4 +1,4 @@
-"""Compares the sensors that a leaderboard agent declares with the rig: mismatches are reported before the drive."""
+"""Compares the sensors that a leaderboard agent declares with the rig, and reports mismatches before the run."""
 
 from __future__ import annotations
 
@@ -9,43 +9,47 @@ from stucksolver_bridge.sensor_data import CAMERA, GNSS, IMU, LIDAR, REAR, SPEED
 from stucksolver_carla.perception_interface import SensorError
 from stucksolver_perception.rig import CameraRig, Rig, SensorMount
 
-NEEDED = {
+REQUIRED = {
     CAMERA: ("sensor.camera.rgb", "front camera"),
     LIDAR: ("sensor.lidar.ray_cast", "LiDAR"),
     IMU: ("sensor.other.imu", "IMU"),
     GNSS: ("sensor.other.gnss", "GNSS"),
     SPEED: ("sensor.speedometer", "speedometer"),
 }
-"""By our names: those of the leaderboard for their types, and what they are; one of each."""
+"""The required sensors, one of each, by this package's names: the leaderboard's type ids, and descriptions."""
 SAME_DEG = 0.01
-"""Fields of view are given in whole degrees."""
+"""Tolerance of the field of view (degrees), which is declared in whole degrees."""
 
 
 def rig_of(declared: Sequence[Mapping[str, Any]], rig: Rig) -> Rig:
-    """Return the rig with cameras and LiDAR mounted as the agent declares; it may lack the rear camera.
+    """Return the rig with the mounts of cameras and LiDAR that the agent declares, possibly without a rear camera.
 
-    Mounts may differ from the rig file's, since they are known exactly. What the networks were trained for, the image's
-    size and field of view, may not.
+    Mounts may differ from the rig file's, because they are known exactly. The image's size and field of view may not,
+    because the networks were trained for them.
 
     Raises:
-        SensorError: A sensor is missing or does not fit.
+        SensorError: A sensor is missing, or does not fit the rig.
     """
-    named: dict[str, list[Mapping[str, Any]]] = {}
+    by_name: dict[str, list[Mapping[str, Any]]] = {}
     for item in declared:
-        named.setdefault(name_of(item) or "", []).append(item)
-    for key, (type_id, name) in NEEDED.items():
-        count = len(named.get(key, ()))
+        by_name.setdefault(name_of(item) or "", []).append(item)
+    for key, (type_id, name) in REQUIRED.items():
+        count = len(by_name.get(key, ()))
         if count != 1:
             raise SensorError(
-                f"the agent declares {count} sensors of type {type_id}: perception needs one {name}; "
+                f"the agent declares {count} sensors of type {type_id}: perception requires one {name}; "
                 f"declare it (\"sensors\": true), or set perception to 'privileged'"
             )
-    rears = named.get(REAR, [])
-    if len(rears) > 1:
-        raise SensorError(f"the agent declares {len(rears)} cameras to the rear: perception uses one; declare one")
-    rear = None if rig.rear_camera is None or not rears else _declared_camera(REAR, rears[0], rig.rear_camera)
-    lidar = rig.lidar.model_copy(update={"mount": _mount(named[LIDAR][0])})
-    camera = _declared_camera(CAMERA, named[CAMERA][0], rig.camera)
+    rear_cameras = by_name.get(REAR, [])
+    if len(rear_cameras) > 1:
+        raise SensorError(f"the agent declares {len(rear_cameras)} rear cameras; declare one at most")
+    rear = (
+        None
+        if rig.rear_camera is None or not rear_cameras
+        else _declared_camera(REAR, rear_cameras[0], rig.rear_camera)
+    )
+    lidar = rig.lidar.model_copy(update={"mount": _mount(by_name[LIDAR][0])})
+    camera = _declared_camera(CAMERA, by_name[CAMERA][0], rig.camera)
     return rig.model_copy(update={"camera": camera, "rear_camera": rear, "lidar": lidar})
 
 
@@ -53,18 +57,18 @@ def _declared_camera(name: str, declared: Mapping[str, Any], rig: CameraRig) -> 
     size = (int(declared.get("width", 0)), int(declared.get("height", 0)))
     if size != (rig.width_px, rig.height_px):
         raise SensorError(
-            f"the agent's {name} has pictures of {size[0]} x {size[1]}, the rig says {rig.width_px} x {rig.height_px}: "
+            f"the agent's {name} has images of {size[0]} x {size[1]}, the rig has {rig.width_px} x {rig.height_px}: "
             f"give the rig file of this {name}"
         )
     if abs(float(declared.get("fov", 0.0)) - rig.fov_deg) > SAME_DEG:
         raise SensorError(
-            f"the agent's {name} has a field of view of {declared.get('fov')} degrees, the rig says "
+            f"the agent's {name} has a field of view of {declared.get('fov')} degrees, the rig has "
             f"{rig.fov_deg:g}: give the rig file of this {name}"
         )
     return rig.model_copy(update={"mount": _mount(declared)})
 
 
 def _mount(declared: Mapping[str, Any]) -> SensorMount:
-    """From CARLA's frame: y, yaw and pitch have other signs there, see `mounting.placed`."""
+    """Return the mount of a declared sensor. In CARLA's frame, y, yaw and pitch have the opposite signs."""
     x, y, z, roll, pitch, yaw = (float(declared.get(part, 0.0)) for part in ("x", "y", "z", "roll", "pitch", "yaw"))
     return SensorMount(x_m=x, y_m=-y, z_m=z, yaw_deg=-yaw, pitch_deg=-pitch, roll_deg=roll)

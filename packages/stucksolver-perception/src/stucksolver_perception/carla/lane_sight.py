@@ -1,14 +1,14 @@
-"""How far the sensors see lanes: the LiDAR's free space, and beyond it ahead the camera's.
+"""Computes the sight distances of lanes from sensors: the LiDAR's free space, and beyond it ahead the camera's.
 
 The LiDAR comes first. If its sight along a lane ends because no ray came back from the ground, the camera continues, as
-far as its detector would have found a vehicle (`stucksolver_perception/far_view.py`). If something tall that nobody
-tracks is nearer in the direction of a place, the camera is not used: both would have to see past the same thing. What
-a tracked object hides from the camera, which is lower, its boxes tell (`far_sight.CameraSight`). There is no camera
-behind.
+far as its detector would have found a vehicle (`stucksolver_perception/far_view.py`). The camera is not used in a
+direction in which a tall object without a track is nearer, because the object would occlude both sensors. The boxes of
+tracked objects determine what they hide from the camera, which is lower (`camera_sight_distance.CameraSight`). There is
+no far sight behind.
 
-A stretch seen a moment ago is still free, except for traffic that may have entered from beyond its end at the speed of
-the lane's vehicles. (Traffic from the side is a tracked object.) So a passing car, or lost points of one turn, do not
-end a plan.
+A stretch that was free recently is still free, except for traffic that may have entered from beyond its end at the
+speed of the lane's vehicles. (Traffic from the side is a tracked object.) So a passing car, or lost points of one turn,
+do not end a plan.
 """
 
 from __future__ import annotations
@@ -34,17 +34,20 @@ if TYPE_CHECKING:
     from stucksolver_perception.carla.ego_perception import EgoPerception
 
 STEP_M = 1.0
+"""Distance between two points of a lane (m). Ours."""
 RANGE_M = 200.0
+"""Maximum sight distance (m). Ours."""
 FASTEST_SHARE = 1.2
-"""Others drive up to this share of the lane's limit: the guard's margins assume the limit, sight covers everybody."""
+"""Maximum speed of other traffic as a share of the lane's limit. The guard's margins assume the limit; the sight
+distance covers faster traffic too. Ours."""
 UNKNOWN_LIMIT_MPS = 100.0 / 3.6
-"""Used if the map has no limit: that of country roads."""
-REMEMBERED_S = 1.0
-"""A lane that was not seen for longer is unknown."""
+"""Speed limit of a lane without one on the map (m/s): that of rural roads."""
+MEMORY_S = 1.0
+"""Time after which a lane without a new result is unknown (s). Ours."""
 
 
 class _FreeInterval(NamedTuple):
-    """One lane as seen at one moment: the arc lengths between which it was free (m)."""
+    """One lane in one result: the arc lengths between which it was free (m)."""
 
     time_s: float
     end_s: float
@@ -52,82 +55,82 @@ class _FreeInterval(NamedTuple):
 
 
 class SensorLaneSight:
-    """See `carla_stack.sight.SightLines`: the same question, answered from the sensors."""
+    """Sight distances from sensors, with the interface of `stucksolver_carla.stack.line_of_sight.SightLines`."""
 
-    def __init__(self, eyes: EgoPerception, frame: RoadFrame) -> None:
-        self._eyes, self._frame = eyes, frame
-        self._known: dict[str, deque[_FreeInterval]] = {}
-        """What was seen of each lane recently, oldest first."""
+    def __init__(self, perception: EgoPerception, frame: RoadFrame) -> None:
+        self._perception, self._frame = perception, frame
+        self._recent_intervals: dict[str, deque[_FreeInterval]] = {}
+        """The recent free intervals of each lane, oldest first."""
 
     def of_lanes(self, ego: EgoState, ego_s: float, objects: tuple[TrackedObject, ...]) -> tuple[LaneSight, ...]:
-        """Return, for each lane or roadside strip beside the ego, the length seen without a break, ahead and behind."""
-        percept = self._eyes.percept
+        """Return the uninterrupted sight distances ahead and behind for each strip of the road next to the ego."""
+        percept = self._perception.percept
         if percept is None:
             return ()
-        found = []
-        known = _moving(percept)
+        sights = []
+        known = _moving_footprints(percept)
         for lane in self._frame.lanes:
             if not is_sight_lane(lane.strip) or not lane.start_m - 2.0 <= ego_s <= lane.end_m + 2.0:
                 continue
             ahead = self._line(lane, np.arange(ego_s, min(lane.end_m, ego_s + RANGE_M), STEP_M))
             behind = self._line(lane, np.arange(ego_s, max(lane.start_m, ego_s - RANGE_M), -STEP_M))
             fastest_mps = FASTEST_SHARE * (lane.strip.speed_limit_mps or UNKNOWN_LIMIT_MPS)
-            seen_m = visible_ahead_m(percept, ahead, fastest_mps)
-            back_m = percept.seen.free_length_along_m(points_into_vehicle(behind, percept.pose), known=known)
-            now = _FreeInterval(percept.pose.time_s, ego_s + seen_m, ego_s - back_m)
-            end_s, start_s = self._remembered(lane.strip.id, now, fastest_mps)
-            told = (round(max(end_s - ego_s, 0.0), 1), round(max(ego_s - start_s, 0.0), 1))
-            found.append(LaneSight(lane_id=lane.strip.id, ahead_m=told[0], behind_m=told[1]))
-        return tuple(found)
+            ahead_m = visible_ahead_m(percept, ahead, fastest_mps)
+            behind_m = percept.seen.free_length_along_m(points_into_vehicle(behind, percept.pose), known=known)
+            now = _FreeInterval(percept.pose.time_s, ego_s + ahead_m, ego_s - behind_m)
+            end_s, start_s = self._still_free(lane.strip.id, now, fastest_mps)
+            lengths = (round(max(end_s - ego_s, 0.0), 1), round(max(ego_s - start_s, 0.0), 1))
+            sights.append(LaneSight(lane_id=lane.strip.id, ahead_m=lengths[0], behind_m=lengths[1]))
+        return tuple(sights)
 
-    def _remembered(self, lane_id: str, now: _FreeInterval, fastest_mps: float) -> tuple[float, float]:
-        """Return the arc lengths up to which the lane is known to be free, ahead and behind."""
-        known = self._known.setdefault(lane_id, deque())
-        known.append(now)
-        while known[0].time_s < now.time_s - REMEMBERED_S:
-            known.popleft()
-        came_m = [fastest_mps * (now.time_s - item.time_s) for item in known]
-        ahead = max(item.end_s - gone for item, gone in zip(known, came_m, strict=True))
-        behind = min(item.start_s + gone for item, gone in zip(known, came_m, strict=True))
+    def _still_free(self, lane_id: str, now: _FreeInterval, fastest_mps: float) -> tuple[float, float]:
+        """Return the arc lengths up to which the lane is free, ahead and behind, with the recent results."""
+        intervals = self._recent_intervals.setdefault(lane_id, deque())
+        intervals.append(now)
+        while intervals[0].time_s < now.time_s - MEMORY_S:
+            intervals.popleft()
+        travel_m = [fastest_mps * (now.time_s - item.time_s) for item in intervals]
+        ahead = max(item.end_s - travel for item, travel in zip(intervals, travel_m, strict=True))
+        behind = min(item.start_s + travel for item, travel in zip(intervals, travel_m, strict=True))
         return ahead, behind
 
     def _line(self, lane: Lane, stations: Floats) -> Floats:
-        """(k, 2): positions of the lane's center in the local frame."""
+        """Return (k, 2): positions of the lane's center in the local frame."""
         x, y, _ = self._frame.to_local(stations, np.interp(stations, lane.s, lane.centre))
         return np.stack([x, y], axis=1)
 
 
-def _moving(percept: PerceptionResult) -> Floats:
-    """(n, 5): moving vehicles as `FreeSpace.seen_along` takes them: the guard looks at each of them by itself."""
+def _moving_footprints(percept: PerceptionResult) -> Floats:
+    """Return (n, 5): the footprints of moving objects, which do not end sight: the guard checks each of them itself."""
     moving = (track for track in percept.tracks if track.standing_since_s is None and not track.hidden)
     return footprints(boxes_of(moving, percept.pose))
 
 
 def visible_ahead_m(percept: PerceptionResult, line: Floats, fastest_mps: float) -> float:
-    """Return the meters of a lane in which nobody is, as seen now.
+    """Return the length of a lane without any vehicle, from the present result (m).
 
-    The line is the lane's center (k, 2) in the local frame, from beside the ego on. `fastest_mps` is the highest speed
-    in it.
+    The line is the lane's center (k, 2) in the local frame, starting next to the ego. `fastest_mps` is the highest
+    speed in the lane.
     """
     if len(line) < 2:
         return 0.0
     course = points_into_vehicle(line, percept.pose)
-    by_lidar_m = percept.seen.free_length_along_m(course)
+    lidar_m = percept.seen.free_length_along_m(course)
     if percept.far_view is None:
-        return by_lidar_m
-    by_both_m = percept.far_view.clear_length_m(line, by_lidar_m, fastest_mps, percept.pose.time_s)
+        return lidar_m
+    combined_m = percept.far_view.clear_length_m(line, lidar_m, fastest_mps, percept.pose.time_s)
     blocked_m = percept.seen.blocked_m if percept.unknown_m is None else percept.unknown_m
-    return max(by_lidar_m, min(by_both_m, free_length_m(percept.seen, blocked_m, course, by_lidar_m)))
+    return max(lidar_m, min(combined_m, free_length_m(percept.seen, blocked_m, course, lidar_m)))
 
 
-def free_length_m(seen: FreeSpace, blocked_m: Floats, course: Floats, from_m: float) -> float:
-    """Return the meters of a line (k, 2; vehicle frame) up to where the LiDAR found something tall that is nearer.
+def free_length_m(free_space: FreeSpace, blocked_m: Floats, course: Floats, from_m: float) -> float:
+    """Return the length of a line (k, 2; vehicle frame) up to the first point behind a tall object (m).
 
-    `blocked_m` (AZIMUTHS,) says how near, by direction. Only beyond `from_m`. What lies in one bin of directions with
-    something tall counts as behind it.
+    `blocked_m` (AZIMUTHS,) has the distances of tall objects by direction. Only points beyond `from_m` count. A point
+    in the same bin of directions as a tall object counts as behind it.
     """
     along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(course, axis=0).T))])
-    dx, dy = course[:, 0] - seen.origin[0], course[:, 1] - seen.origin[1]
+    dx, dy = course[:, 0] - free_space.origin[0], course[:, 1] - free_space.origin[1]
     bins = ((np.arctan2(dy, dx) + math.pi) / math.tau * AZIMUTHS).astype(np.int64) % AZIMUTHS
-    behind = (blocked_m[bins] <= np.hypot(dx, dy)) & (along > from_m)
-    return float(along[max(int(behind.argmax()) - 1, 0)]) if behind.any() else float(along[-1])
+    is_behind = (blocked_m[bins] <= np.hypot(dx, dy)) & (along > from_m)
+    return float(along[max(int(is_behind.argmax()) - 1, 0)]) if is_behind.any() else float(along[-1])

@@ -1,4 +1,4 @@
-"""Tracks for the stack: bodies for a driver in CARLA's world, objects for the solver, kinds, lamps."""
+"""Converts tracks for the stack: boxes for drivers in CARLA's world frame, objects for the solver, kinds, lamps."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from stucksolver_carla.stack.contact import EgoFootprint, PushDetector
 from stucksolver_perception.camera.attributes import Attributes
 from stucksolver_perception.carla.far_vehicle_reports import TRACK_LABELS, FarVehicleReports
 from stucksolver_perception.carla.known_posts import KnownPosts
-from stucksolver_perception.carla.lane_motion_prior import OnLanes
+from stucksolver_perception.carla.lane_motion_prior import LaneMotionPrior
 from stucksolver_perception.cycle_data import PerceptionResult
 from stucksolver_perception.lidar_labels import KIND_OF_LABEL, LABEL_OF_KIND, LABELS
 from stucksolver_perception.tracking import Track
@@ -25,16 +25,19 @@ if TYPE_CHECKING:
     from stucksolver_perception.carla.ego_perception import EgoPerception
 
 LEFT_BLINKER = 32
+"""Bit of the left blinker in `carla.VehicleLightState`."""
 RIGHT_BLINKER = 16
+"""Bit of the right blinker."""
 BRAKE = 8
+"""Bit of the brake lamps."""
 SPECIAL = 512
-"""Bits of `carla.VehicleLightState`."""
-SURE_KIND = 0.6
-"""A less certain kind is reported as unknown."""
+"""Bit of the emergency lights (`Special1`)."""
+MIN_KIND_CONFIDENCE = 0.6
+"""Minimum confidence of a kind; a less certain one is reported as unknown. Ours."""
 FLAT_M = 0.2
-"""What lies flat is at most this high (m), ..."""
+"""Maximum height of flat debris (m). CARLA's heaps of dirt are 0.15 m high and 1 to 2.5 m wide."""
 FLAT_SHARE = 4.0
-"""... and at least so many times as wide and long. CARLA's heaps of dirt are 0.15 m high and 1 to 2.5 m wide."""
+"""Minimum ratio of width and length of flat debris to its height. Ours."""
 _TYPE_IDS = {
     ObjectKind.SCHOOL_BUS: "vehicle.sensed.school_bus",
     ObjectKind.PEDESTRIAN: "walker.sensed",
@@ -49,96 +52,104 @@ _TYPE_IDS = {
     ObjectKind.PROP: "static.prop.sensed",
     ObjectKind.UNKNOWN: "static.prop.sensed",
 }
-"""Blueprints from which `kinds.kind_of` gets the kind again, for drivers that ask the world what an object is."""
+"""Blueprint ids from which `object_kinds.kind_of` restores the kind, for drivers that read actors."""
 
 
 class PerceivedBoxes:
-    """See `SeesBodies`."""
+    """The perceived objects as an `ObjectSource`."""
 
     doubt_m: ClassVar[float] = 0.3
-    """Of the detector's boxes and the localizer's pose together, within seconds (m)."""
+    """Common error of the detector's boxes and the localizer's pose within seconds (m). Ours."""
 
-    def __init__(self, eyes: EgoPerception, range_m: float) -> None:
-        self._eyes, self._range_m = eyes, range_m
-        carla_map = eyes.vehicle.get_world().get_map()
-        self._near, self._far = OnLanes(carla_map), FarVehicleReports(carla_map, eyes.vehicle)
+    def __init__(self, perception: EgoPerception, range_m: float) -> None:
+        self._perception, self._range_m = perception, range_m
+        carla_map = perception.vehicle.get_world().get_map()
+        self._lane_prior, self._far_reports = (
+            LaneMotionPrior(carla_map),
+            FarVehicleReports(carla_map, perception.vehicle),
+        )
         self._posts = KnownPosts([to_local(landmark.transform.location) for landmark in carla_map.get_all_landmarks()])
 
     def read(self, ego_x: float, ego_y: float) -> NearbyObjects:
-        """Return all tracks within range of a point of CARLA's world, predicted to this tick.
+        """Return all tracks within range of a point in CARLA's world frame, predicted to this tick.
 
-        Flat ones are left out: every car drives over loose dirt, as the driver with ground truth does
-        (`driver.DRIVEN_OVER`). Posts that the map knows are no people.
+        Flat debris is left out, because every car drives over loose dirt, also the driver with ground truth
+        (`behavior_driver.DRIVABLE_PROPS`). Posts of the map do not count as pedestrians.
         """
-        percept = self._eyes.percept
-        near = [self._posts.told(track) for track in self._near.told(percept) if not is_flat(track)]
-        found = bodies((*near, *self._far.reported_tracks(percept)), self._eyes.now_s)
-        return found.part((np.abs(found.x - ego_x) < self._range_m) & (np.abs(found.y - ego_y) < self._range_m))
+        percept = self._perception.percept
+        tracks_near = [
+            self._posts.as_post(track) for track in self._lane_prior.with_lane_courses(percept) if not is_flat(track)
+        ]
+        objects = to_nearby_objects((*tracks_near, *self._far_reports.reported_tracks(percept)), self._perception.now_s)
+        return objects.part((np.abs(objects.x - ego_x) < self._range_m) & (np.abs(objects.y - ego_y) < self._range_m))
 
 
 class PerceivedTracker:
-    """The counterpart of `carla_stack.tracker.Tracker` that uses the sensors."""
+    """The counterpart of `stucksolver_carla.stack.ground_truth_tracker.Tracker` that uses the sensors."""
 
-    def __init__(self, eyes: EgoPerception) -> None:
-        self._eyes = eyes
-        carla_map = eyes.vehicle.get_world().get_map()
-        self._near, self._far = OnLanes(carla_map), FarVehicleReports(carla_map, eyes.vehicle)
-        self._pushing = PushDetector()
-        self._pushed: frozenset[int] = frozenset()
+    def __init__(self, perception: EgoPerception) -> None:
+        self._perception = perception
+        carla_map = perception.vehicle.get_world().get_map()
+        self._lane_prior, self._far_reports = (
+            LaneMotionPrior(carla_map),
+            FarVehicleReports(carla_map, perception.vehicle),
+        )
+        self._push_detector = PushDetector()
+        self._pushed_ids: frozenset[int] = frozenset()
 
     @property
     def pushes(self) -> bool:
-        """True if the ego pushed something at the last look."""
-        return bool(self._pushing.pushed_ids)
+        """True if the ego pushed an object at the last update."""
+        return bool(self._push_detector.pushed_ids)
 
     def watch(self, ego: EgoFootprint, now_s: float) -> NearbyObjects:
-        """Look around and note what the ego pushes."""
-        seen = bodies(self._near.told(self._eyes.percept), now_s)
-        self._pushed = self._pushing.update(ego, seen)
-        return seen
+        """Update which objects the ego pushes, and return all boxes."""
+        boxes = to_nearby_objects(self._lane_prior.with_lane_courses(self._perception.percept), now_s)
+        self._pushed_ids = self._push_detector.update(ego, boxes)
+        return boxes
 
     def update(self, ego: EgoFootprint, now_s: float) -> tuple[TrackedObject, ...]:
-        """Return everything tracked, in the local frame."""
+        """Return all tracks as objects in the local frame."""
         self.watch(ego, now_s)
-        percept = self._eyes.percept
+        percept = self._perception.percept
         if percept is None:
             return ()
-        told = percept.attributes
-        tracks = (*self._near.told(percept), *self._far.reported_tracks(percept))
-        return tuple(_object(track, told.get(track.id), now_s, track.id in self._pushed) for track in tracks)
+        attributes = percept.attributes
+        tracks = (*self._lane_prior.with_lane_courses(percept), *self._far_reports.reported_tracks(percept))
+        return tuple(_object(track, attributes.get(track.id), now_s, track.id in self._pushed_ids) for track in tracks)
 
     def read_lights(self, now_s: float) -> None:
-        """Do nothing: lamps come with each image."""
+        """Do nothing, because the lamps come with each image."""
 
 
 def is_flat(track: Track) -> bool:
-    """True for debris that lies flat on the road: a bag is not wide enough for it, a rock or a tire not low enough."""
-    low = LABELS[track.label] == "debris" and track.height_m <= FLAT_M
-    return low and min(track.length_m, track.width_m) >= FLAT_SHARE * track.height_m
+    """Return True for flat debris on the road. A bag is not wide enough for it; a rock or a tire is not low enough."""
+    is_low = LABELS[track.label] == "debris" and track.height_m <= FLAT_M
+    return is_low and min(track.length_m, track.width_m) >= FLAT_SHARE * track.height_m
 
 
-def bodies(tracks: Sequence[Track], now_s: float) -> NearbyObjects:
-    """Tracks at one moment as boxes in CARLA's world."""
-    moved = [track.predict_to(now_s) for track in tracks]
+def to_nearby_objects(tracks: Sequence[Track], now_s: float) -> NearbyObjects:
+    """Return tracks, predicted to `now_s`, as boxes in CARLA's world frame."""
+    predicted = [track.predict_to(now_s) for track in tracks]
     rows = [
         (
-            item.x_m,
-            -item.y_m,
-            -item.yaw_rad,
-            item.length_m / 2.0,
-            item.width_m / 2.0,
-            item.z_m - item.height_m / 2.0,
-            item.z_m + item.height_m / 2.0,
-            item.vx_mps,
-            -item.vy_mps,
+            track.x_m,
+            -track.y_m,
+            -track.yaw_rad,
+            track.length_m / 2.0,
+            track.width_m / 2.0,
+            track.z_m - track.height_m / 2.0,
+            track.z_m + track.height_m / 2.0,
+            track.vx_mps,
+            -track.vy_mps,
         )
-        for item in moved
+        for track in predicted
     ]
     columns = np.array(rows, dtype=np.float64).reshape(len(rows), 9).T
     x, y, yaw, half_length, half_width, bottom, top, vx, vy = columns
     return NearbyObjects(
-        actor_id=tuple(item.id for item in moved),
-        is_walker=np.array([KIND_OF_LABEL[item.label] in ON_FOOT for item in moved], dtype=np.bool_),
+        actor_id=tuple(track.id for track in predicted),
+        is_walker=np.array([KIND_OF_LABEL[track.label] in ON_FOOT for track in predicted], dtype=np.bool_),
         x=x,
         y=y,
         yaw=yaw,
@@ -162,74 +173,74 @@ def _across_sd_m(track: Track) -> float:
     return float(np.sqrt(max(side @ track.covariance[:2, :2] @ side, 0.0)))
 
 
-def kind_of_track(track: Track, told: Attributes | None) -> tuple[ObjectKind, float]:
-    """Return what a track is, with a confidence. The LiDAR's class applies if the camera gives nothing finer.
+def kind_of_track(track: Track, attributes: Attributes | None) -> tuple[ObjectKind, float]:
+    """Return the kind of a track, with a confidence. The LiDAR's label applies if the camera gives no finer kind.
 
-    If the two disagree, the kind is unknown, since neither is more reliable.
+    If the two disagree, the kind is unknown, because neither is more reliable.
     """
-    coarse, sure = KIND_OF_LABEL[track.label], float(track.label_confidence)
-    if told is not None and told.kind is not None:
-        if LABEL_OF_KIND.get(told.kind) == track.label:
-            return told.kind, float(told.kind_confidence)
-        if told.kind is not ObjectKind.PROP:
-            return ObjectKind.UNKNOWN, min(sure, float(told.kind_confidence))
-    return (coarse, sure) if sure >= SURE_KIND else (ObjectKind.UNKNOWN, sure)
+    lidar_kind, confidence = KIND_OF_LABEL[track.label], float(track.label_confidence)
+    if attributes is not None and attributes.kind is not None:
+        if LABEL_OF_KIND.get(attributes.kind) == track.label:
+            return attributes.kind, float(attributes.kind_confidence)
+        if attributes.kind is not ObjectKind.PROP:
+            return ObjectKind.UNKNOWN, min(confidence, float(attributes.kind_confidence))
+    return (lidar_kind, confidence) if confidence >= MIN_KIND_CONFIDENCE else (ObjectKind.UNKNOWN, confidence)
 
 
-def _object(track: Track, told: Attributes | None, now_s: float, pushed: bool) -> TrackedObject:
-    kind, sure = kind_of_track(track, told)
-    here = track.predict_to(now_s)
+def _object(track: Track, attributes: Attributes | None, now_s: float, pushed: bool) -> TrackedObject:
+    kind, confidence = kind_of_track(track, attributes)
+    predicted = track.predict_to(now_s)
     return TrackedObject(
         id=str(track.id),
         kind=kind,
-        x_m=here.x_m,
-        y_m=here.y_m,
-        yaw_rad=here.yaw_rad,
-        vx_mps=here.vx_mps,
-        vy_mps=here.vy_mps,
-        length_m=here.length_m,
-        width_m=here.width_m,
-        height_m=here.height_m,
-        stationary_s=here.stationary_s,
-        moved_s_ago=here.moved_s_ago,
-        seen_for_s=here.tracked_for_s,
+        x_m=predicted.x_m,
+        y_m=predicted.y_m,
+        yaw_rad=predicted.yaw_rad,
+        vx_mps=predicted.vx_mps,
+        vy_mps=predicted.vy_mps,
+        length_m=predicted.length_m,
+        width_m=predicted.width_m,
+        height_m=predicted.height_m,
+        stationary_s=predicted.stationary_s,
+        moved_s_ago=predicted.moved_s_ago,
+        seen_for_s=predicted.tracked_for_s,
         pushed=pushed,
-        kind_confidence=sure,
-        position_sd_m=_position_sd_m(here),
-        across_sd_m=_across_sd_m(here),
-        hazard_lights=None if told is None else told.hazard_lights,
-        emergency_lights=None if told is None else told.emergency_lights,
-        brake_lights=None if told is None else told.brake_lights,
-        door_open=None if told is None else told.door_open,
-        gesture=told.gesture if told is not None and kind is ObjectKind.FLAGGER else None,
+        kind_confidence=confidence,
+        position_sd_m=_position_sd_m(predicted),
+        across_sd_m=_across_sd_m(predicted),
+        hazard_lights=None if attributes is None else attributes.hazard_lights,
+        emergency_lights=None if attributes is None else attributes.emergency_lights,
+        brake_lights=None if attributes is None else attributes.brake_lights,
+        door_open=None if attributes is None else attributes.door_open,
+        gesture=attributes.gesture if attributes is not None and kind is ObjectKind.FLAGGER else None,
     )
 
 
 def actor_proxies(percept: PerceptionResult, ids: Sequence[int]) -> list[Any]:
-    """Return the kind of each of these tracks in terms of CARLA's blueprints."""
-    found = []
+    """Return the kinds of the tracks with these ids, as CARLA's blueprint ids and attributes."""
+    objects = []
     for track in percept.tracks:
         if track.id in ids:
             kind, _ = kind_of_track(track, percept.attributes.get(track.id))
             special = {"special_type": "emergency"} if kind is ObjectKind.EMERGENCY else {}
             type_id = _TYPE_IDS.get(kind, "vehicle.sensed")
             attributes = {"base_type": kind.value, **special}
-            found.append(SimpleNamespace(id=track.id, type_id=type_id, attributes=attributes, parent=None))
+            objects.append(SimpleNamespace(id=track.id, type_id=type_id, attributes=attributes, parent=None))
     for far in percept.far_tracks:
         if far.id in ids:
             attributes = {"base_type": KIND_OF_LABEL[TRACK_LABELS[far.label]].value}
-            found.append(SimpleNamespace(id=far.id, type_id="vehicle.sensed", attributes=attributes, parent=None))
-    return found
+            objects.append(SimpleNamespace(id=far.id, type_id="vehicle.sensed", attributes=attributes, parent=None))
+    return objects
 
 
 def lamps_of(percept: PerceptionResult) -> dict[int, int]:
-    """Return the lamps by track, as bits of `carla.VehicleLightState`; unknown ones count as off."""
-    return {track: _bits(told) for track, told in percept.attributes.items()}
+    """Return the lamps of each track, as bits of `carla.VehicleLightState`; unknown ones count as off."""
+    return {track: _bits(attributes) for track, attributes in percept.attributes.items()}
 
 
-def _bits(told: Attributes) -> int:
-    bits = HAZARD_LAMPS if told.hazard_lights else 0
-    bits |= LEFT_BLINKER if told.left_blinker else 0
-    bits |= RIGHT_BLINKER if told.right_blinker else 0
-    bits |= BRAKE if told.brake_lights else 0
-    return bits | (SPECIAL if told.emergency_lights else 0)
+def _bits(attributes: Attributes) -> int:
+    bits = HAZARD_LAMPS if attributes.hazard_lights else 0
+    bits |= LEFT_BLINKER if attributes.left_blinker else 0
+    bits |= RIGHT_BLINKER if attributes.right_blinker else 0
+    bits |= BRAKE if attributes.brake_lights else 0
+    return bits | (SPECIAL if attributes.emergency_lights else 0)

@@ -1,4 +1,4 @@
-"""The world as sensed: the part of `carla.World` that drivers and `CarlaSenses` use.
+"""Describes the perceived world with the part of `carla.World` that drivers and `CarlaSceneSource` use.
 
 The map, with the lights' stop lines and the stop signs, is known in advance, like a high-definition map. Moving objects
 and the states of lights come from the sensors.
@@ -17,7 +17,7 @@ from stucksolver.scene.surroundings import LightState
 if TYPE_CHECKING:
     from stucksolver_perception.carla.ego_perception import EgoPerception
 
-_SHOWS = {
+_CARLA_STATES = {
     LightState.RED: carla.TrafficLightState.Red,
     LightState.YELLOW: carla.TrafficLightState.Yellow,
     LightState.GREEN: carla.TrafficLightState.Green,
@@ -27,64 +27,64 @@ _SHOWS = {
 
 
 class PerceivedWorld:
-    """The world of one ego. With `heeds_unknown`, a light of unknown state is reported to the driver as red."""
+    """The perceived world of one ego."""
 
-    def __init__(self, world: carla.World, carla_map: carla.Map, eyes: EgoPerception) -> None:
-        self._world, self._map, self._eyes = world, carla_map, eyes
+    def __init__(self, world: carla.World, carla_map: carla.Map, perception: EgoPerception) -> None:
+        self._world, self._map, self._perception = world, carla_map, perception
         actors = world.get_actors()
-        self._lights = [PerceivedLight(light, eyes) for light in actors.filter("*traffic_light*")]
+        self._lights = [PerceivedLight(light, perception) for light in actors.filter("*traffic_light*")]
         self._signs = list(actors.filter("*traffic.stop*"))
 
     def get_map(self) -> carla.Map:
-        """The map."""
+        """Return the map."""
         return self._map
 
     def get_snapshot(self) -> Any:
-        """Time and frame of this tick; it contains no actors."""
+        """Return a snapshot with time and frame of this tick, and without actors."""
         return _Snapshot(self._world.get_snapshot())
 
     def get_actors(self, ids: Sequence[int] | None = None, /) -> Any:
-        """Return tracked objects by id; without ids, the static objects of the map, to be filtered."""
+        """Return tracked objects by id; without ids, the static objects of the map, with a filter."""
         if ids is None:
-            return SimpleNamespace(filter=self._standing)
-        return self._eyes.actors(ids)
+            return SimpleNamespace(filter=self._static_actors)
+        return self._perception.actors(ids)
 
     def get_vehicles_light_states(self) -> dict[int, int]:
-        """Lamps of tracked vehicles, as bits of `carla.VehicleLightState`."""
-        return self._eyes.lamps()
+        """Return the lamps of tracked vehicles, as bits of `carla.VehicleLightState`."""
+        return self._perception.lamps()
 
-    def _standing(self, pattern: str) -> list[Any]:
+    def _static_actors(self, pattern: str) -> list[Any]:
         kinds: dict[str, list[Any]] = {"traffic_light": [*self._lights], "traffic.stop": self._signs}
         return kinds.get(pattern.strip("*"), [])
 
 
 class PerceivedLight:
-    """A `carla.TrafficLight` whose position is known from the map and whose state comes from the camera."""
+    """A `carla.TrafficLight` with its position from the map and its state from the camera."""
 
-    def __init__(self, light: carla.TrafficLight, eyes: EgoPerception) -> None:
-        self._light, self._eyes = light, eyes
+    def __init__(self, light: carla.TrafficLight, perception: EgoPerception) -> None:
+        self._light, self._perception = light, perception
         self.id = int(light.id)
 
     @property
     def state(self) -> Any:
-        """The state that was seen; see `get_state`."""
+        """The perceived state; see `get_state`."""
         return self.get_state()
 
     def get_state(self) -> Any:
-        """Return the `carla.TrafficLightState`; Unknown if the camera cannot tell."""
-        return _SHOWS[self._eyes.light(self.id)]
+        """Return the `carla.TrafficLightState`; Unknown without a certain one from the camera."""
+        return _CARLA_STATES[self._perception.light(self.id)]
 
     def get_stop_waypoints(self) -> Any:
-        """Return the waypoints of its stop lines on the map."""
+        """Return the waypoints of the light's stop lines on the map."""
         return self._light.get_stop_waypoints()
 
     def get_transform(self) -> carla.Transform:
-        """Return its transform."""
+        """Return the light's transform."""
         return self._light.get_transform()
 
     @property
     def trigger_volume(self) -> carla.BoundingBox:
-        """Its trigger volume."""
+        """The light's trigger volume."""
         return self._light.trigger_volume
 
 
@@ -99,4 +99,4 @@ class _Snapshot:
         return iter(())
 
     def find(self, actor_id: int) -> None:
-        """Return None: it contains no actors."""
+        """Return None, because the snapshot contains no actors."""

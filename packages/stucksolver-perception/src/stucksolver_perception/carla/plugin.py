@@ -1,4 +1,4 @@
-"""The plug-in that gives vehicles in CARLA perception with their own sensors."""
+"""Registers sensor-based perception of vehicles in CARLA as a plug-in."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ if TYPE_CHECKING:
 
 
 class SensorPerception:
-    """See `stucksolver_carla.perception_interface.PerceptionPlugin`.
+    """The plug-in; see `stucksolver_carla.perception_interface.PerceptionPlugin`.
 
-    Networks and their libraries are imported when they are used, so that the plug-in loads without them.
+    Networks and their libraries are imported on first use, so that the plug-in loads without them.
     """
 
     def missing(self) -> str | None:
-        """Return what is not installed, with the remedy, or None."""
+        """Return the missing packages with the remedy; None if all are installed."""
         return missing_libraries()
 
     def open(self, vehicle: carla.Vehicle, carla_map: carla.Map, *, paced: bool) -> EgoPerception:

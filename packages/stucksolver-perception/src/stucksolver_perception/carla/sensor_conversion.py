@@ -1,4 +1,4 @@
-"""Converts the measurements of CARLA's sensors to the frames of our perception.
+"""Converts the measurements of CARLA's sensors to the vehicle frame and the local frame.
 
 CARLA measures in a left-handed frame (x ahead, y right, z up). A vector changes the sign of its y. A turn rate is a
 pseudovector (v = w x r), so its x and z change their signs instead.
@@ -17,14 +17,14 @@ from stucksolver_perception.measurements import Floats, GnssFix, ImuSample, Pixe
 if TYPE_CHECKING:
     import carla
 
-STANDS_MPS = 0.02
-"""Below this speed no tooth of a wheel's encoder passes between two ticks (m/s)."""
+STOPPED_MPS = 0.02
+"""Speed below which no tooth of a wheel's encoder passes between two ticks (m/s). Ours."""
 
 
 def lidar_points(measured: carla.LidarMeasurement, to_vehicle: Floats) -> Singles:
-    """(n, 4): x, y, z (m) in the vehicle frame, and intensity.
+    """Return (n, 4): x, y, z (m) in the vehicle frame, and intensity.
 
-    `to_vehicle` is the (4, 4) matrix of the LiDAR's mount, see `Mount.to_vehicle`.
+    `to_vehicle` is the (4, 4) matrix of the LiDAR's mount; see `SensorMount.to_vehicle`.
     """
     points: Singles = np.frombuffer(measured.raw_data, np.float32).reshape(-1, 4).copy()
     points[:, 1] *= -1.0
@@ -34,17 +34,17 @@ def lidar_points(measured: carla.LidarMeasurement, to_vehicle: Floats) -> Single
 
 
 def camera_pixels(measured: carla.Image) -> Pixels:
-    """(height, width, 4): BGRA, as a camera sends it; not a copy."""
+    """Return (height, width, 4): the camera's BGRA image, not as a copy."""
     return np.frombuffer(measured.raw_data, np.uint8).reshape(measured.height, measured.width, 4)
 
 
 def camera_rgb(measured: carla.Image) -> Pixels:
-    """(height, width, 3): an image."""
+    """Return (height, width, 3): the camera's image as RGB."""
     return np.ascontiguousarray(camera_pixels(measured)[:, :, 2::-1])
 
 
 def imu_sample(measured: carla.IMUMeasurement, time_s: float) -> ImuSample:
-    """Return an IMU sample. CARLA's compass is 0 to the north, the local frame's y, and grows to the east (rad)."""
+    """Return an IMU sample. CARLA's compass is 0 to the north (the local frame's y), and grows to the east (rad)."""
     a, w = measured.accelerometer, measured.gyroscope
     compass_rad = math.remainder(math.pi / 2.0 - measured.compass, math.tau)
     return ImuSample(time_s, (a.x, -a.y, a.z), (-w.x, w.y, -w.z), compass_rad)
@@ -57,10 +57,10 @@ def gnss_fix(measured: carla.GnssMeasurement, geo: GeoReference, time_s: float) 
 
 
 def wheel_speed_mps(speed_mps: float, noise_mps: float, random: np.random.Generator) -> float:
-    """Return the wheels' reading of a true speed, with Gaussian noise. CARLA has no such sensor.
+    """Return the wheels' measurement of a true speed, with Gaussian noise. CARLA has no such sensor.
 
-    A random number is drawn in any case, so that later ones do not depend on who stood when.
+    A random number is drawn in any case, so that later ones do not depend on earlier stops.
     """
     noise = float(random.normal(0.0, noise_mps))
-    # The encoder of a standing wheel counts nothing and so has no error.
-    return speed_mps + noise if abs(speed_mps) > STANDS_MPS else 0.0
+    # The encoder of a stopped wheel counts no teeth, so it has no error.
+    return speed_mps + noise if abs(speed_mps) > STOPPED_MPS else 0.0

@@ -1,4 +1,4 @@
-"""The rig's sensors as CARLA's blueprints, and how they are attached to a vehicle."""
+"""Creates the rig's sensors from CARLA's blueprints, and attaches them to a vehicle."""
 
 from __future__ import annotations
 
@@ -16,22 +16,23 @@ from stucksolver_perception.rig import CameraRig, Rig, SensorMount
 REFERENCE_POINT = SensorMount(x_m=0.0, y_m=0.0, z_m=0.0)
 """The vehicle's reference point, with GNSS and IMU."""
 SEEDS = 2**31
-"""A blueprint's `noise_seed` is a signed 32-bit integer; larger seeds are folded into it."""
+"""Number of seeds: a blueprint's `noise_seed` is a signed 32-bit integer, and larger seeds are taken modulo this."""
 
 
 @dataclass(frozen=True)
 class SensorSetup:
-    """One sensor to attach."""
+    """One sensor for attachment."""
 
     type_id: str
     """Id of the blueprint."""
     mount: SensorMount
+    """Pose of the sensor in the vehicle frame."""
     attributes: Mapping[str, float]
-    """Values for the blueprint's attributes, in CARLA's units."""
+    """Values of the blueprint's attributes, in CARLA's units."""
 
 
 def lidar_setup(rig: Rig, seed: int) -> SensorSetup:
-    """The LiDAR on the roof. The same seed loses the same points."""
+    """Return the setup of the LiDAR on the roof. The same seed loses the same points."""
     lidar = rig.lidar
     attributes = {
         "channels": lidar.channels,
@@ -50,55 +51,55 @@ def lidar_setup(rig: Rig, seed: int) -> SensorSetup:
     return SensorSetup("sensor.lidar.ray_cast", lidar.mount, attributes)
 
 
-def camera_setup(camera: CameraRig, every_s: float, type_id: str = "sensor.camera.rgb") -> SensorSetup:
-    """A camera with one image per period, or a camera of another type at the same place."""
+def camera_setup(camera: CameraRig, period_s: float, type_id: str = "sensor.camera.rgb") -> SensorSetup:
+    """Return the setup of a camera with one image per period; `type_id` may be another type of camera."""
     attributes = {
         "image_size_x": camera.width_px,
         "image_size_y": camera.height_px,
         "fov": camera.fov_deg,
-        "sensor_tick": every_s,
+        "sensor_tick": period_s,
     }
     return SensorSetup(type_id, camera.mount, attributes)
 
 
 def imu_setup(rig: Rig, seed: int) -> SensorSetup:
-    """The IMU. The same seed gives the same noise."""
+    """Return the setup of the IMU. The same seed gives the same noise."""
     noise = {f"noise_accel_stddev_{axis}": rig.imu_acceleration_noise_mps2 for axis in "xyz"}
     noise |= {f"noise_gyro_stddev_{axis}": rig.imu_rotation_noise_rps for axis in "xyz"}
     return SensorSetup("sensor.other.imu", REFERENCE_POINT, {**noise, "noise_seed": seed % SEEDS})
 
 
 def gnss_setup(rig: Rig, seed: int) -> SensorSetup:
-    """The GNSS receiver, whose noise CARLA takes in degrees and meters. The same seed gives the same noise."""
+    """Return the setup of the GNSS receiver, with noise in degrees and meters. The same seed gives the same noise."""
     degrees = math.degrees(rig.gnss_noise_m / EARTH_RADIUS_M)
     noise = {"noise_lat_stddev": degrees, "noise_lon_stddev": degrees, "noise_alt_stddev": rig.gnss_noise_m}
     return SensorSetup("sensor.other.gnss", REFERENCE_POINT, {**noise, "noise_seed": seed % SEEDS})
 
 
 def mount_sensor(vehicle: carla.Vehicle, setup: SensorSetup) -> carla.Sensor:
-    """Attach a sensor to a vehicle; it does not listen yet.
+    """Attach a sensor to a vehicle, without a callback yet.
 
     Raises:
-        SensorError: This simulator has no such sensor.
+        SensorError: This simulator does not have the sensor.
     """
     world = vehicle.get_world()
-    found = list(world.get_blueprint_library().filter(setup.type_id))
-    if not found:
+    blueprints = list(world.get_blueprint_library().filter(setup.type_id))
+    if not blueprints:
         raise SensorError(f"this simulator has no {setup.type_id}; use carlette, or CARLA 0.9.14 or later")
-    blueprint = found[0]
+    blueprint = blueprints[0]
     for name, value in setup.attributes.items():
         if not blueprint.has_attribute(name):
             raise SensorError(
                 f"{setup.type_id} of this simulator has no attribute {name}; use carlette, or CARLA 0.9.14 or later"
             )
         blueprint.set_attribute(name, str(value))
-    return cast("carla.Sensor", world.spawn_actor(blueprint, placed(setup.mount), attach_to=vehicle))
+    return cast("carla.Sensor", world.spawn_actor(blueprint, carla_transform(setup.mount), attach_to=vehicle))
 
 
-def placed(mount: SensorMount) -> carla.Transform:
+def carla_transform(mount: SensorMount) -> carla.Transform:
     """Return a mount as a `carla.Transform`, whose yaw is positive to the right and whose pitch is positive up.
 
-    A roll has the same sign in both: the right side goes down.
+    The roll has the same sign in both: the right side goes down.
     """
     return carla.Transform(
         carla.Location(mount.x_m, -mount.y_m, mount.z_m),

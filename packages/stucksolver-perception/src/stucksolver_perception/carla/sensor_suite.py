@@ -1,4 +1,4 @@
-"""The rig's sensors on a vehicle in CARLA: attached by the client, read tick by tick, in our own frames."""
+"""Attaches the rig's sensors to a vehicle in CARLA, and reads them on each tick in the package's frames."""
 
 from __future__ import annotations
 
@@ -34,21 +34,21 @@ from stucksolver_perception.rig import CameraRig, Rig
 if TYPE_CHECKING:
     import carla
 
-PICTURE_EVERY_S = 0.2
-"""Lamps and lights change no faster than a few times a second."""
-REAR_EVERY_S = 0.4
-"""What comes up from behind is looked at several times before it is near."""
+PICTURE_PERIOD_S = 0.2
+"""Time between two front images (s), because lamps and lights change only a few times per second. Ours."""
+REAR_PERIOD_S = 0.4
+"""Time between two rear images (s). It gives several images of an approaching vehicle before it is near. Ours."""
 WAIT_S = 30.0
-"""For a tick's data; the first images of a town take longest."""
-MOST_BEHIND = 2
-"""In a world that does not wait, a measurement this many ticks old is still used if there are newer ones, too."""
-EARLY_S = 1e-6
-"""Sums of ticks miss a multiple of a period by less than this."""
+"""Time limit for a tick's data (s). The first images of a town take longest. Ours."""
+MAX_LATE_TICKS = 2
+"""Maximum age of a measurement that is used although newer ones exist, in a world that does not wait (ticks). Ours."""
+TIME_TOLERANCE_S = 1e-6
+"""Tolerance of time comparisons (s): sums of ticks have rounding errors."""
 
 
 @dataclass(frozen=True, eq=False)
 class TickMeasurements:
-    """The sensors' data of one tick; None if a sensor was not due, or gave none."""
+    """The sensors' data of one tick; None if a sensor was not due, or gave no data."""
 
     sweep: LidarSweep | None
     picture: CameraFrame | None
@@ -56,13 +56,13 @@ class TickMeasurements:
     fix: GnssFix | None
     wheels: WheelSpeed
     silent: tuple[str, ...] = ()
-    """Sensors that were due and gave no data."""
+    """Names of the sensors that were due and gave no data."""
     rear: CameraFrame | None = None
     """The rear camera's image."""
 
 
 class MeasurementSource(Protocol):
-    """The sensors of a vehicle, wherever they are: `SensorSuite` on a client's vehicle, or another process's."""
+    """Source of a vehicle's measurements: `SensorSuite` on a client's vehicle, or the sensors of another process."""
 
     def read(self) -> TickMeasurements:
         """Return the measurements of the world's present tick.
@@ -76,10 +76,10 @@ class MeasurementSource(Protocol):
 
 
 class SensorSuite:
-    """Call `read` once after each tick of the world, and `close` at the end.
+    """The attached sensors. Call `read` once after each tick of the world, and `close` at the end.
 
-    `seed` is that of the noise of all sensors. With `waits`, `read` waits for each tick's data, in a world that waits
-    for us. Otherwise it returns what has arrived.
+    `seed` is the seed of the noise of all sensors. With `waits`, `read` waits for each tick's data, in a world that
+    waits. Otherwise it returns the data that have arrived.
 
     Raises:
         SensorError: A sensor cannot be attached.
@@ -93,7 +93,7 @@ class SensorSuite:
         *,
         waits: bool = True,
         seed: int = 0,
-        picture_every_s: float = PICTURE_EVERY_S,
+        picture_period_s: float = PICTURE_PERIOD_S,
     ) -> None:
         self._world = vehicle.get_world()
         self._vehicle = vehicle
@@ -104,12 +104,12 @@ class SensorSuite:
         self._lidar_to_vehicle = rig.lidar.mount.to_vehicle()
         self._sensors: dict[str, _SensorQueue] = {}
         try:
-            self._put("LiDAR", lidar_setup(rig, seed))
-            self._put("camera", camera_setup(rig.camera, picture_every_s))
+            self._attach("LiDAR", lidar_setup(rig, seed))
+            self._attach("camera", camera_setup(rig.camera, picture_period_s))
             if rig.rear_camera is not None:
-                self._put("rear camera", camera_setup(rig.rear_camera, REAR_EVERY_S))
-            self._put("IMU", imu_setup(rig, seed))
-            self._put("GNSS", gnss_setup(rig, seed))
+                self._attach("rear camera", camera_setup(rig.rear_camera, REAR_PERIOD_S))
+            self._attach("IMU", imu_setup(rig, seed))
+            self._attach("GNSS", gnss_setup(rig, seed))
         except SensorError:
             self.close()
             raise
@@ -142,15 +142,15 @@ class SensorSuite:
             sensor.close()
         self._sensors.clear()
 
-    def _put(self, name: str, setup: SensorSetup) -> None:
+    def _attach(self, name: str, setup: SensorSetup) -> None:
         actor = mount_sensor(self._vehicle, setup)
         self._sensors[name] = _SensorQueue(actor, setup.attributes.get("sensor_tick", 0.0))
 
     def _sweep(self, raw: carla.LidarMeasurement, time_s: float) -> LidarSweep:
-        told: Any = raw  # the client's stub lacks `channels`
-        if int(told.channels) != self._rig.lidar.channels:
+        lidar: Any = raw  # the client's stub lacks `channels`
+        if int(lidar.channels) != self._rig.lidar.channels:
             raise SensorError(
-                f"the LiDAR has {told.channels} channels, the rig says {self._rig.lidar.channels}: "
+                f"the LiDAR has {lidar.channels} channels, the rig has {self._rig.lidar.channels}: "
                 "give the rig file of this LiDAR, and weights trained for it"
             )
         return LidarSweep(time_s, lidar_points(raw, self._lidar_to_vehicle))
@@ -161,16 +161,16 @@ class SensorSuite:
         image = raw.get(name)
         if image is None or camera is None:
             return None
-        wanted = (camera.width_px, camera.height_px)
-        if (image.width, image.height) != wanted:
+        expected = (camera.width_px, camera.height_px)
+        if (image.width, image.height) != expected:
             raise SensorError(
-                f"the {name}'s picture is {image.width} x {image.height}, the rig says {wanted[0]} x {wanted[1]}: "
+                f"the {name}'s image is {image.width} x {image.height}, the rig has {expected[0]} x {expected[1]}: "
                 f"give the rig file of this {name}"
             )
         return CameraFrame(time_s, camera_rgb(image))
 
     def _wheels(self, time_s: float) -> WheelSpeed:
-        """Like the leaderboard's speedometer this is the client's velocity, with our noise."""
+        """Return the client's velocity with the rig's noise, like the leaderboard's speedometer."""
         velocity, ahead = self._vehicle.get_velocity(), self._vehicle.get_transform().get_forward_vector()
         speed_mps = velocity.x * ahead.x + velocity.y * ahead.y + velocity.z * ahead.z
         return WheelSpeed(time_s, wheel_speed_mps(speed_mps, self._rig.wheel_speed_noise_mps, self._random))
@@ -182,45 +182,50 @@ class _SensorQueue:
     def __init__(self, actor: Any, period_s: float) -> None:
         self._actor = actor
         self._period_s = period_s
-        self._came: queue.SimpleQueue[Any] = queue.SimpleQueue()
-        self._held: Any | None = None
+        self._received: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        self._pending: Any | None = None
         self._due_s: float | None = None
-        actor.listen(self._came.put)
+        actor.listen(self._received.put)
 
     def is_due(self, time_s: float) -> bool:
-        """True if it should have measured by now: once per period from its first measurement on."""
-        return self._due_s is None or time_s >= self._due_s - EARLY_S
+        """Return True if a measurement is due: once per period, starting with the first measurement."""
+        return self._due_s is None or time_s >= self._due_s - TIME_TOLERANCE_S
 
     def take(self, frame: int, time_s: float, until: float) -> Any | None:
-        """Return the measurement of a frame, waiting until then if it is due; None if there is none."""
+        """Return the measurement of a frame; None without one. Wait for it up to `until` if it is due."""
         while True:
-            if self._held is None:
-                left = until - time.monotonic()
+            if self._pending is None:
+                remaining_s = until - time.monotonic()
                 due = self.is_due(time_s)
                 try:
-                    self._held = self._came.get(timeout=left) if due and left > 0.0 else self._came.get_nowait()
+                    self._pending = (
+                        self._received.get(timeout=remaining_s)
+                        if due and remaining_s > 0.0
+                        else self._received.get_nowait()
+                    )
                 except queue.Empty:
                     if due:
                         self._due_s = None
                     return None
-            if int(self._held.frame) > frame:
+            if int(self._pending.frame) > frame:
                 return None
-            found, self._held = self._held, None
-            behind = frame - int(found.frame)
-            # A reader slower than the world's ticks skips some, otherwise it would fall further and further behind.
-            is_fresh = behind <= MOST_BEHIND or self._came.empty()
-            if behind == 0 or (is_fresh and time.monotonic() >= until):
-                self._note(float(found.timestamp))
-                return found
+            data, self._pending = self._pending, None
+            late_ticks = frame - int(data.frame)
+            # A reader that is slower than the world's ticks must skip some, or its data would get older and older.
+            is_fresh = late_ticks <= MAX_LATE_TICKS or self._received.empty()
+            if late_ticks == 0 or (is_fresh and time.monotonic() >= until):
+                self._set_next_due(float(data.timestamp))
+                return data
 
-    def _note(self, time_s: float) -> None:
+    def _set_next_due(self, time_s: float) -> None:
         if self._due_s is None:
             self._due_s = time_s
-        # If ticks do not divide the period it comes late, but the next one is not later for that.
+        # If ticks do not divide the period, a measurement comes late. That must not delay the next one.
         self._due_s = max(self._due_s + self._period_s, time_s)
 
     def close(self) -> None:
-        """Destroy it; the simulator may be gone already."""
+        """Destroy the sensor."""
+        # The simulator may have ended already. Then there is nothing to destroy.
         with contextlib.suppress(RuntimeError):
             self._actor.stop()
             self._actor.destroy()

@@ -1,7 +1,7 @@
-"""Reads signs while the ego stands: in a thread of its own, one crop a second, never in the control loop.
+"""Reads signs while the ego is stopped: one crop per second, in a separate thread, never in the control loop.
 
-In a world that waits (`paced`) a result is used exactly `DELAY_S` after its image, however long it took, so that a
-drive can be repeated.
+In a world that waits (`paced`) a result is used exactly `DELAY_S` after its image, independent of the computing time,
+so that a run can be repeated.
 """
 
 from __future__ import annotations
@@ -28,30 +28,31 @@ from stucksolver_perception.measurements import CameraFrame, PoseEstimate
 from stucksolver_perception.rig import CameraRig
 from stucksolver_perception.tracking import Track
 
-STANDS_MPS = 0.2
-"""Below this speed the ego stands: the noise of its wheels' speed is 0.05 m/s."""
-STOOD_S = 3.0
-"""Reading begins after this time at rest, so it costs nothing in traffic and at a light that changes soon."""
+STOPPED_MPS = 0.2
+"""Speed below which the ego counts as stopped (m/s). The noise of the wheels' speed is 0.05 m/s."""
+MIN_STOPPED_S = 3.0
+"""Time stopped after which reading starts (s). Before it, traffic usually moves on, or a light changes. Ours."""
 PERIOD_S = 1.0
-"""From one crop to the next: a crop takes some 50 ms of one core."""
+"""Time between two crops (s). A crop takes about 50 ms of one core."""
 DELAY_S = 0.5
-"""From the image to the use of the result in a world that waits."""
+"""Time from the image to the use of the result in a world that waits (s). Ours."""
 TICK_S = 1e-6
+"""Tolerance of time comparisons (s): sums of ticks have rounding errors."""
 
 
-Found = dict[SignWord, WordLocation]
-"""The words in a crop, each with its place."""
+ReadWords = dict[SignWord, WordLocation]
+"""The words in a crop, each with its location."""
 
 
 @dataclass(frozen=True)
-class _UnderWay:
+class _RunningLook:
     time_s: float
     target: SignTarget
-    future: Future[Found]
+    future: Future[ReadWords]
 
 
 class SignWorker:
-    """Call `tick` on every tick; `signs` are the words that count."""
+    """The reading of signs. Call `tick` on every tick; `signs` contains the words that count."""
 
     def __init__(
         self,
@@ -61,89 +62,90 @@ class SignWorker:
         *,
         paced: bool,
     ) -> None:
-        """With `reader` None nothing is read."""
+        """Create the worker. Without a `reader` no sign is read."""
         self._rig, self._reader, self._posts, self._paced = rig, reader, posts, paced
         self._worker = None if reader is None else ThreadPoolExecutor(1, "signs")
-        self._memory = SignFilter()
-        self._under_way: _UnderWay | None = None
-        self._stands_since_s: float | None = None
-        self._begun_s = self._pictured_s = -math.inf
+        self._filter = SignFilter()
+        self._running: _RunningLook | None = None
+        self._stopped_since_s: float | None = None
+        self._started_s = self._picture_time_s = -math.inf
         self.signs: tuple[ObservedSign, ...] = ()
-        """Empty as soon as the ego moves."""
+        """The words that count; empty while the ego moves."""
 
     def tick(self, now_s: float, pose: PoseEstimate, picture: CameraFrame | None, tracks: Sequence[Track]) -> None:
-        """Take a finished look, and begin the next one if the ego has stood long enough."""
+        """Collect a finished look, and start the next one if the ego has been stopped long enough."""
         if self._worker is None:
             return
-        if abs(pose.speed_mps) > STANDS_MPS:
-            self._stands_since_s = None
-            self._memory.clear()
+        if abs(pose.speed_mps) > STOPPED_MPS:
+            self._stopped_since_s = None
+            self._filter.clear()
             self.signs = ()
-        elif self._stands_since_s is None:
-            self._stands_since_s = now_s
-        self._take_up(now_s)
+        elif self._stopped_since_s is None:
+            self._stopped_since_s = now_s
+        self._collect_result(now_s)
         if self.signs:
-            self.signs = self._memory.signs(now_s)
-        since_s = self._stands_since_s
-        if since_s is None or self._under_way is not None or picture is None:
+            self.signs = self._filter.signs(now_s)
+        since_s = self._stopped_since_s
+        if since_s is None or self._running is not None or picture is None:
             return
-        if picture.time_s < since_s or picture.time_s <= self._pictured_s:
+        if picture.time_s < since_s or picture.time_s <= self._picture_time_s:
             return
-        if now_s - max(since_s + STOOD_S, self._begun_s + PERIOD_S) >= -TICK_S:
-            self._begin(now_s, pose, picture, tracks)
+        if now_s - max(since_s + MIN_STOPPED_S, self._started_s + PERIOD_S) >= -TICK_S:
+            self._start_look(now_s, pose, picture, tracks)
 
     def close(self) -> None:
         """End the thread."""
         if self._worker is not None:
             self._worker.shutdown(wait=True, cancel_futures=True)
 
-    def _begin(self, now_s: float, pose: PoseEstimate, picture: CameraFrame, tracks: Sequence[Track]) -> None:
-        places = targets(self._rig, pose, tracks, self._posts)
-        target = self._memory.next_of(places, now_s)
-        self._begun_s, self._pictured_s = now_s, picture.time_s
+    def _start_look(self, now_s: float, pose: PoseEstimate, picture: CameraFrame, tracks: Sequence[Track]) -> None:
+        candidates = targets(self._rig, pose, tracks, self._posts)
+        target = self._filter.next_of(candidates, now_s)
+        self._started_s, self._picture_time_s = now_s, picture.time_s
         if target is not None and self._worker is not None:
-            if self._memory.count(target) % 2:
+            if self._filter.count(target) % 2:
                 target = target.widened(self._rig)
-            self._under_way = _UnderWay(now_s, target, self._worker.submit(self._read, picture, target, places))
+            self._running = _RunningLook(now_s, target, self._worker.submit(self._read, picture, target, candidates))
 
-    def _read(self, picture: CameraFrame, target: SignTarget, places: Sequence[SignTarget]) -> Found:
+    def _read(self, picture: CameraFrame, target: SignTarget, candidates: Sequence[SignTarget]) -> ReadWords:
         assert self._reader is not None
-        found: Found = {}
-        for item in self._reader.read(target.crop(picture.rgb), target.single):
-            column, row = target.left + item.column, target.top + item.row
-            carrier = carrier_of(item.word, column, row, places, target)
-            found[item.word] = WordLocation(
+        words: ReadWords = {}
+        for look in self._reader.read(target.crop(picture.rgb), target.single):
+            column, row = target.left + look.column, target.top + look.row
+            carrier = carrier_of(look.word, column, row, candidates, target)
+            words[look.word] = WordLocation(
                 bearing_rad(self._rig, column), None if carrier is None else carrier.track_id
             )
-        return found
+        return words
 
-    def _take_up(self, now_s: float) -> None:
-        item = self._under_way
-        if item is None or not (now_s - item.time_s >= DELAY_S - TICK_S if self._paced else item.future.done()):
+    def _collect_result(self, now_s: float) -> None:
+        look = self._running
+        if look is None or not (now_s - look.time_s >= DELAY_S - TICK_S if self._paced else look.future.done()):
             return
-        self._under_way = None
+        self._running = None
         try:
-            found = item.future.result()
+            words = look.future.result()
         except SignReaderError as error:
+            # The drive continues without words on signs, because they are only an additional source.
             log_unavailable(str(error))
             self.close()
             self._worker, self.signs = None, ()
             return
-        if self._stands_since_s is not None and item.time_s >= self._stands_since_s:
-            self._memory.add(SignReadout(item.time_s, item.target, found))
-            self.signs = self._memory.signs(now_s)
+        if self._stopped_since_s is not None and look.time_s >= self._stopped_since_s:
+            self._filter.add(SignReadout(look.time_s, look.target, words))
+            self.signs = self._filter.signs(now_s)
 
 
 def make_sign_reader() -> SignReader | None:
-    """Return the reader, or None if its package is not installed, which is told once."""
-    why = unavailable_reason()
-    if why is not None:
-        log_unavailable(why)
-    return None if why else SignReader()
+    """Return the sign reader, or None if its package is missing (logged once)."""
+    reason = unavailable_reason()
+    if reason is not None:
+        log_unavailable(reason)
+    return None if reason else SignReader()
 
 
 @functools.cache
-def log_unavailable(why: str) -> None:
-    """Say once that signs are not read, and why. The parent of many drives says so for all of them."""
+def log_unavailable(reason: str) -> None:
+    """Log once that signs are not read, with the reason. Of several processes, only the parent logs it."""
     if multiprocessing.parent_process() is None:
-        print(f"stucksolver: {UNREAD}: {why}", file=sys.stderr, flush=True)
+        print(f"stucksolver: {UNREAD}: {reason}", file=sys.stderr, flush=True)

@@ -1,1 +1,1 @@
-"""What this distribution adds to the `stucksolver` program."""
+"""Contains this distribution's parts of the `stucksolver` program."""

@@ -16,7 +16,7 @@ from stucksolver_perception.localization.vehicle_state_model import (
     YAW,
     X,
     disturbance,
-    onward,
+    predicted_state,
 )
 from stucksolver_perception.measurements import Floats, GnssFix, ImuSample, PoseEstimate, WheelSpeed
 from stucksolver_perception.rig import Rig
@@ -174,7 +174,7 @@ class EkfLocalizer:
         ekf, (acceleration, rotation) = self._filter, self._inertial
         x, p, dt = ekf.x, ekf.P, time_s - self._time_s
         if abs(dt) > 1e-6:
-            x, f = onward(ekf.x, acceleration, rotation, self._rear_axle_m, dt)
+            x, f = predicted_state(ekf.x, acceleration, rotation, self._rear_axle_m, dt)
             p = f @ p @ f.T + self._noise(dt)
         yaw = math.remainder(float(x[YAW]), math.tau)
         rate = rotation - float(x[GYRO])
@@ -206,7 +206,7 @@ class EkfLocalizer:
         if dt <= 0.0:
             return
         ekf = self._filter
-        after, ekf.F = onward(ekf.x, inertial[0], inertial[1], self._rear_axle_m, dt)
+        after, ekf.F = predicted_state(ekf.x, inertial[0], inertial[1], self._rear_axle_m, dt)
         ekf.Q = self._noise(dt)
         ekf.predict()
         # filterpy's step is linear; the covariance is right, and the state is the model's.

@@ -32,7 +32,7 @@ FIXED_MPS = 0.005
 """Position noise of a standing vehicle (m per root of a second), so that the filter stays open to new data."""
 
 
-def onward(
+def predicted_state(
     state: Floats, acceleration_mps2: float, rotation_rps: float, rear_axle_m: float, dt: float
 ) -> tuple[Floats, Floats]:
     """Return the state `dt` seconds later, and its derivative by the state (6, 6).

@@ -15,7 +15,7 @@ from stucksolver.commands.arguments import SUPPORTED, Parser, installed_version
 from stucksolver.commands.command_table import CliCommand, commands
 from stucksolver.commands.errors import UsageError
 from stucksolver.plugins import PluginError
-from stucksolver.privacy.url_redaction import shown, without_logins
+from stucksolver.privacy.url_redaction import redacted, without_logins
 
 PIPE_CLOSED = 128 + 13
 """Exit code that shells report for a program killed by SIGPIPE."""
@@ -59,7 +59,7 @@ def main(arguments: Sequence[str] | None = None, *, program: str = PROGRAM, tabl
         print("\ninterrupted", file=sys.stderr)
         return 130
     except (UsageError, PluginError) as error:
-        print(f"error: {shown(str(error))}", file=sys.stderr)
+        print(f"error: {redacted(str(error))}", file=sys.stderr)
         return 2
     except BrokenPipeError:
         # The reader closed the pipe. Otherwise Python reports the error again when it closes the stream.
@@ -93,7 +93,7 @@ def _parse(parser: argparse.ArgumentParser, words: Sequence[str], command: str, 
     used = settings.taken_out(parser, options)
     if used:
         summary = ", ".join(f"{name} {value}" for name, value in used)
-        print(f"note: settings used: {shown(summary)}", file=sys.stderr)
+        print(f"note: settings used: {redacted(summary)}", file=sys.stderr)
     return options
 
 

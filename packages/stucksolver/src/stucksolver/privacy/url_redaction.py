@@ -56,14 +56,14 @@ def without_logins(value: Any) -> Any:
     return text
 
 
-def shown(text: str) -> str:
+def redacted(text: str) -> str:
     """Return a text without user names, passwords and queries of the URLs in it, even if these are invalid."""
     return QUERY.sub(rf"\1{HIDDEN}", ANY_LOGIN.sub(f"{HIDDEN}@", text))
 
 
 def shown_address(address: str) -> str:
-    """Return one address as `shown` does, also if its password contains a space."""
-    return shown(re.sub(r"(?<=://).*@", f"{HIDDEN}@", address))
+    """Return one address as `redacted` does, also if its password contains a space."""
+    return redacted(re.sub(r"(?<=://).*@", f"{HIDDEN}@", address))
 
 
 def logins_in(text: str) -> list[str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from stucksolver.privacy.url_redaction import logins_in, shown
+from stucksolver.privacy.url_redaction import logins_in, redacted
 from stucksolver.reasoners import custom, playback, rules
 from stucksolver.reasoners.fallback import FallbackReasoner
 from stucksolver.reasoners.reasoner import Reasoner, ReasonerError, SupportsPreflight
@@ -53,7 +53,7 @@ def preflight(reasoner: Reasoner, name: str) -> tuple[str, ...]:
     try:
         return reasoner.preflight()
     except ReasonerError as error:
-        raise ReasonerNameError(f"{shown(name)} cannot be used: {error}") from error
+        raise ReasonerNameError(f"{redacted(name)} cannot be used: {error}") from error
 
 
 def unanswered_banner(asked: int, unanswered: int, name: str, most_frequent: str = "") -> str | None:
@@ -62,6 +62,6 @@ def unanswered_banner(asked: int, unanswered: int, name: str, most_frequent: str
         return None
     why = f"; most often: {most_frequent}" if most_frequent else ""
     return (
-        f"WARNING: {unanswered} of {asked} questions to {shown(name)} had no usable answer; these results are mostly "
-        f"those of the vehicle without it{why}"
+        f"WARNING: {unanswered} of {asked} questions to {redacted(name)} had no usable answer; these results are "
+        f"mostly those of the vehicle without it{why}"
     )

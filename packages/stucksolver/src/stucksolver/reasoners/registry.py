@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from stucksolver.plugins import PluginError, plugins
-from stucksolver.privacy.url_redaction import shown
+from stucksolver.privacy.url_redaction import redacted
 from stucksolver.reasoners.reasoner import Reasoner
 
 
@@ -75,5 +75,5 @@ def kind_of(word: str) -> tuple[ReasonerKind, str]:
     name, _, rest = word.partition(":")
     kind = KINDS.get(name)
     if kind is None:
-        raise ReasonerNameError(f"unknown reasoner {shown(word)!r}: use {help_text()}")
+        raise ReasonerNameError(f"unknown reasoner {redacted(word)!r}: use {help_text()}")
     return kind, rest

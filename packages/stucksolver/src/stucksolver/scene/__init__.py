@@ -1,7 +1,14 @@
 """Data types that the solver receives."""
 
 from stucksolver.scene.failed_attempts import AttemptOutcome, FailedAttempt, PlanFailure, RejectCode
-from stucksolver.scene.interpretation import REQUESTS, Claim, GuidanceIntent, GuidanceLimits, Interpretation, Side
+from stucksolver.scene.interpretation import (
+    REQUESTS,
+    Claim,
+    DirectedSide,
+    GuidanceIntent,
+    GuidanceLimits,
+    Interpretation,
+)
 from stucksolver.scene.objects import (
     MOTOR_VEHICLES,
     ON_FOOT,
@@ -64,6 +71,7 @@ __all__ = [
     "CandidateWaypoint",
     "Claim",
     "ControlKind",
+    "DirectedSide",
     "EgoState",
     "FailedAttempt",
     "Guidance",
@@ -86,7 +94,6 @@ __all__ = [
     "SceneEgo",
     "SceneLane",
     "SceneObject",
-    "Side",
     "SignWord",
     "Status",
     "Surroundings",

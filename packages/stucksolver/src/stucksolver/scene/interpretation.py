@@ -54,7 +54,7 @@ MOVES = REQUESTS | {GuidanceIntent.YES}
 STAYS = frozenset({GuidanceIntent.WAIT, GuidanceIntent.NO, GuidanceIntent.CANCEL, GuidanceIntent.FOLLOW})
 
 
-class Side(str, Enum):
+class DirectedSide(str, Enum):
     """Side to which the utterance directs the vehicle."""
 
     LEFT = "left"
@@ -107,7 +107,7 @@ class Interpretation(FrozenModel):
     """
 
     intent: GuidanceIntent
-    side: Side | None = None
+    side: DirectedSide | None = None
     negated: bool = False
     claims: tuple[Claim, ...] = ()
     urgent: bool = False

@@ -80,10 +80,10 @@ def alarm(text: str) -> Interpretation | None:
     """Return the interpretation of a call to stop or a predicted collision, without the network; else None."""
     if strip_caution(text) is not None or not (calls_to_stop(text) or foresees_collision(text)):
         return None
-    return held(text)
+    return holding_interpretation(text)
 
 
-def held(text: str) -> Interpretation:
+def holding_interpretation(text: str) -> Interpretation:
     """Return the interpretation of an utterance that holds the vehicle, without the network."""
     wait = GuidanceIntent.WAIT
     return Interpretation(

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from stucksolver_perception.free_space import OWN_LENGTH_M, footprints, within
+from stucksolver_perception.free_space import EGO_HALF_LENGTH_M, footprints, within
 from stucksolver_perception.lidar.refinement.unexplained_returns import AHEAD_M, ASIDE_M
 from stucksolver_perception.lidar_labels import LABELS
 from stucksolver_perception.measurements import Detections, Floats
@@ -37,7 +37,7 @@ def drop_false_pedestrians(detections: Detections, standing: Floats, known: Floa
     """
     x, y = detections.center[:, 0], detections.center[:, 1]
     # Around the others not all returns are in `standing`.
-    near = (x > OWN_LENGTH_M + REACH_M) & (x < AHEAD_M - REACH_M) & (np.abs(y) < ASIDE_M - REACH_M)
+    near = (x > EGO_HALF_LENGTH_M + REACH_M) & (x < AHEAD_M - REACH_M) & (np.abs(y) < ASIDE_M - REACH_M)
     bodies = footprints(np.reshape(known, (-1, 8)))
     doubtful = near & (detections.label == PEDESTRIAN) & within(bodies, x, y, BESIDE_M, BESIDE_M)
     if not doubtful.any():

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from stucksolver_perception.free_space import OWN_LENGTH_M, footprints, within
+from stucksolver_perception.free_space import EGO_HALF_LENGTH_M, footprints, within
 from stucksolver_perception.ground import above_ground
 from stucksolver_perception.lidar.refinement.clusters import clusters_of, with_standing
 from stucksolver_perception.lidar_labels import LABELS
@@ -98,7 +98,7 @@ def standing_returns(points: NDArray[np.floating], lidar: LidarRig) -> Floats:
         lidar: Where the LiDAR is mounted.
     """
     x, y, z = (np.asarray(points[:, axis], np.float64) for axis in range(3))
-    near = (x > OWN_LENGTH_M) & (x < AHEAD_M + 4.0) & (np.abs(y) < 2 * AHEAD_M)
+    near = (x > EGO_HALF_LENGTH_M) & (x < AHEAD_M + 4.0) & (np.abs(y) < 2 * AHEAD_M)
     x, y, z = x[near], y[near], z[near]
     dx, dy = x - lidar.mount.x_m, y - lidar.mount.y_m
     # Where nothing of the ground is seen below a sign, the lowest return is the sign's own.
@@ -114,7 +114,7 @@ def _lowest_around(x: Floats, y: Floats, z: Floats) -> Floats:
     from scipy import ndimage  # type: ignore[import-untyped]
 
     cells = _cells(x, y)
-    lowest = np.full((round((AHEAD_M - OWN_LENGTH_M) / CELL_M) + 1, round(2 * ASIDE_M / CELL_M) + 1), np.inf)
+    lowest = np.full((round((AHEAD_M - EGO_HALF_LENGTH_M) / CELL_M) + 1, round(2 * ASIDE_M / CELL_M) + 1), np.inf)
     np.minimum.at(lowest, (cells[:, 0], cells[:, 1]), z)
     around = ndimage.minimum_filter(lowest, AROUND, mode="nearest")
     middle = np.abs((np.arange(lowest.shape[1]) + 0.5) * CELL_M - ASIDE_M) < ROAD_M
@@ -125,7 +125,7 @@ def _lowest_around(x: Floats, y: Floats, z: Floats) -> Floats:
 
 def _cells(x: Floats, y: Floats) -> NDArray[np.int64]:
     """(m, 2): cell of each place."""
-    return np.floor(np.column_stack([x - OWN_LENGTH_M, y + ASIDE_M]) / CELL_M).astype(np.int64)
+    return np.floor(np.column_stack([x - EGO_HALF_LENGTH_M, y + ASIDE_M]) / CELL_M).astype(np.int64)
 
 
 def _joined(detections: Detections, found: list[Floats]) -> Detections:

@@ -16,7 +16,7 @@ from stucksolver.plan.simple_directives import Replan, SafeStop
 from stucksolver.scene.base_model import FrozenModel
 from stucksolver.scene.failed_attempts import PlanFailure
 from stucksolver.scene.frenet_scene import FrenetScene
-from stucksolver.scene.interpretation import GuidanceIntent, GuidanceLimits, Interpretation, Side
+from stucksolver.scene.interpretation import DirectedSide, GuidanceIntent, GuidanceLimits, Interpretation
 from stucksolver.scene.road import LaneDirection, ZoneKind
 from stucksolver.scene.scene import Scene
 
@@ -206,7 +206,7 @@ class Behavior(FrozenModel, ABC):
         return self.executor is ExecutorKind.STOP
 
     @property
-    def passing_side(self) -> Side | None:
+    def passing_side(self) -> DirectedSide | None:
         """Side on which it passes an object; None if it passes none."""
         return None
 

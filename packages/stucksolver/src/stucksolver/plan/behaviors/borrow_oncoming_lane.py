@@ -22,7 +22,7 @@ from stucksolver.plan.passing_geometry import PassPlan, borrowed_lane, find_pass
 from stucksolver.plan.return_to_lane import way_back
 from stucksolver.scene.failed_attempts import PlanFailure
 from stucksolver.scene.frenet_scene import FrenetScene
-from stucksolver.scene.interpretation import GuidanceIntent, Side
+from stucksolver.scene.interpretation import DirectedSide, GuidanceIntent
 from stucksolver.scene.road import LaneDirection, LaneKind
 from stucksolver.scene.scene import Scene
 
@@ -60,8 +60,8 @@ class BorrowOncomingLane(Behavior):
         return bool(scene.objects) and any(lane.kind is LaneKind.DRIVING for lane in opposite)
 
     @property
-    def passing_side(self) -> Side | None:
-        return Side.LEFT
+    def passing_side(self) -> DirectedSide | None:
+        return DirectedSide.LEFT
 
     def precondition(self, view: FrenetScene) -> str | None:
         if view.index_of(self.past_object_id) is None:

@@ -18,7 +18,7 @@ from stucksolver.plan.lateral_shift import lateral_shift
 from stucksolver.scene.failed_attempts import PlanFailure
 from stucksolver.scene.frenet import Lane
 from stucksolver.scene.frenet_scene import FrenetScene
-from stucksolver.scene.interpretation import GuidanceIntent, Side
+from stucksolver.scene.interpretation import DirectedSide, GuidanceIntent
 from stucksolver.scene.road import LaneDirection, LaneKind
 from stucksolver.scene.scene import LaneRelation, Scene
 
@@ -51,8 +51,8 @@ class ChangeLane(Behavior):
         return any(lane.relation in beside and lane.direction is LaneDirection.SAME for lane in scene.lanes)
 
     @property
-    def passing_side(self) -> Side | None:
-        return Side(self.side)
+    def passing_side(self) -> DirectedSide | None:
+        return DirectedSide(self.side)
 
     def target(self, view: FrenetScene, start: BehaviorStart) -> Lane:
         """Return the lane to change to.

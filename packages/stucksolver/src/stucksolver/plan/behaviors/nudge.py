@@ -13,7 +13,7 @@ from stucksolver.plan.lateral_shift import lateral_shift
 from stucksolver.scene.failed_attempts import PlanFailure
 from stucksolver.scene.frenet import Array
 from stucksolver.scene.frenet_scene import FrenetScene
-from stucksolver.scene.interpretation import GuidanceIntent, GuidanceLimits, Interpretation, Side
+from stucksolver.scene.interpretation import DirectedSide, GuidanceIntent, GuidanceLimits, Interpretation
 
 EDGE_M = 0.05
 SHARES = (1.0, 0.85, 0.7, 0.5)
@@ -42,8 +42,8 @@ class Nudge(Behavior):
     speed_mps: float = Field(default=1.5, ge=0.5, le=5.5)
 
     @property
-    def passing_side(self) -> Side | None:
-        return Side(self.side)
+    def passing_side(self) -> DirectedSide | None:
+        return DirectedSide(self.side)
 
     def guided_parameters(self, reading: Interpretation, limits: GuidanceLimits) -> dict[str, float]:
         """Return the lateral shift if the words name a side. See `Behavior.guided_parameters`."""

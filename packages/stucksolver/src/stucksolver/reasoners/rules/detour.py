@@ -38,7 +38,7 @@ def detour(scene: Scene, lead: SceneObject) -> Way | None:
         or not is_closed(scene, lead)
     ):
         return None
-    start = min(elsewhere(scene), key=lambda w: w.route_length_m or math.inf, default=None)
+    start = min(detour_starts(scene), key=lambda w: w.route_length_m or math.inf, default=None)
     if start is None:
         return None
     plan = RecoveryPlan(behaviors=(ReplanRoute(route_start=start.id),))
@@ -99,7 +99,7 @@ def _edges_m(scene: Scene) -> tuple[float, float]:
     return half + widths[LaneRelation.LEFT] + widths[LaneRelation.ONCOMING], -half - widths[LaneRelation.RIGHT]
 
 
-def elsewhere(scene: Scene) -> list[CandidateWaypoint]:
+def detour_starts(scene: Scene) -> list[CandidateWaypoint]:
     """Return the candidate waypoints ahead or abreast, on other roads, from which the destination can be reached."""
     known = {lane.id for lane in scene.lanes}
     return [

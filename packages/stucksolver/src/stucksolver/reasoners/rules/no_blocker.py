@@ -8,7 +8,7 @@ from stucksolver.plan import Analysis, CauseCode, GuidanceIntent, RecoveryPlan, 
 from stucksolver.plan.behaviors import BackUp, KeepLane, PullOver, RejoinRoute, ReplanRoute, Wait
 from stucksolver.plan.behaviors.behavior import Behavior
 from stucksolver.reasoners.rules.analyze import blocker, red_light_within
-from stucksolver.reasoners.rules.detour import elsewhere
+from stucksolver.reasoners.rules.detour import detour_starts
 from stucksolver.reasoners.rules.gap_acceptance import enter_flow
 from stucksolver.reasoners.rules.pass_options import Way, pass_from_adjacent_lane
 from stucksolver.reasoners.rules.recent_attempts import has_been_tried
@@ -68,7 +68,7 @@ def plan_for_request(scene: Scene, wanted: GuidanceIntent | None) -> Way:
         return _one(scene, BackUp(distance_m=3.0), "the passenger asks to back up")
     lead = blocker(scene)
     # If the passenger wants another street and there is none to turn into ahead, it is behind.
-    back = wanted is GuidanceIntent.REROUTE and lead is not None and not elsewhere(scene)
+    back = wanted is GuidanceIntent.REROUTE and lead is not None and not detour_starts(scene)
     turn = (
         turning_round(scene, lead, "the passenger asks for it")
         if back or wanted is GuidanceIntent.TURN_AROUND
@@ -79,9 +79,9 @@ def plan_for_request(scene: Scene, wanted: GuidanceIntent | None) -> Way:
     if wanted in (GuidanceIntent.REROUTE, GuidanceIntent.TURN_AROUND):
         if has_been_tried(scene, "replan"):
             return None, (None, "a new route has led nowhere")
-        if lead is not None and _no_way_back(scene) and not elsewhere(scene):
+        if lead is not None and _no_way_back(scene) and not detour_starts(scene):
             return None, (None, "no other road leads to the destination")
-        start = min(elsewhere(scene), key=lambda w: w.route_length_m or math.inf, default=None)
+        start = min(detour_starts(scene), key=lambda w: w.route_length_m or math.inf, default=None)
         return _one(
             scene, ReplanRoute(route_start=None if start is None else start.id), "the passenger asks for another route"
         )

@@ -25,6 +25,7 @@ from stucksolver.scene import (
     VULNERABLE,
     CandidateWaypoint,
     Claim,
+    DirectedSide,
     GuidanceIntent,
     Interpretation,
     LaneRelation,
@@ -33,7 +34,6 @@ from stucksolver.scene import (
     Scene,
     SceneLane,
     SceneObject,
-    Side,
 )
 
 RECOVERY_SPEED_MPS = 5.5
@@ -135,7 +135,7 @@ def find_pass(scene: Scene, target: PassTarget, speed: float) -> Way:
             if why[0] is not WaitReason.YIELD:
                 why = _why_not_beside(ahead)
     oncoming = lane_of(scene, LaneRelation.ONCOMING)
-    is_next = lane_of(scene, LaneRelation.LEFT) is None and side is not Side.RIGHT
+    is_next = lane_of(scene, LaneRelation.LEFT) is None and side is not DirectedSide.RIGHT
     if oncoming is not None and is_next and scene.offers("borrow_oncoming_lane") and why[0] is WaitReason.NO_SAFE_WAY:
         narrow = too_narrow(scene, oncoming, target)
         if narrow is not None:

@@ -16,7 +16,7 @@ from stucksolver.interpreter import Interpreter, NoInterpreter
 from stucksolver.scene import Guidance, Interpretation
 from stucksolver.solver.state_machine.inputs import GuidanceInput
 from stucksolver.solver.workers.delivery_clock import DeliveryClock, Lockstep, MeasuredLatency, Pending, WallClock
-from stucksolver.word_safeguards.restraint import STOPPING, alarm, held, restrained
+from stucksolver.word_safeguards.restraint import STOPPING, alarm, holding_interpretation, restrained
 
 DEADLINE_S = 5.0
 """Time after which an utterance without an interpretation counts as unclear (s). The first one waits for the
@@ -65,7 +65,7 @@ class InterpreterWorker:
         if len(self._waiting) < MOST_WAITING:
             self._waiting.append(_Utterance(words, now_s, situation, called is not None))
         elif called is None:
-            self._call(GuidanceInput(words.model_copy(update={"reading": held(text)}), TOO_MANY))
+            self._call(GuidanceInput(words.model_copy(update={"reading": holding_interpretation(text)}), TOO_MANY))
 
     def poll(self, now_s: float) -> GuidanceInput | None:
         """Return the next utterance with its interpretation when it is due; calls to stop come first."""

@@ -1,4 +1,4 @@
-"""Places of connections: which one gives way to a new one, and when one ends by itself."""
+"""Slots of connections: which one gives way to a new one, and when one ends by itself."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from attacking import ended, head, status_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stucksolver_passenger.server.connection_limits import PlaceLimits, Places, source_of
+from stucksolver_passenger.server.connection_limits import ConnectionLimits, ConnectionSlots, source_of
 from stucksolver_passenger.server.http_server import make_server, serve, tls_of
 from stucksolver_passenger.server.request_filter import RequestFilter
 
-HASTY = PlaceLimits(request_s=0.3, idle_s=0.3, answer_s=0.3)
+HASTY = ConnectionLimits(request_s=0.3, idle_s=0.3, answer_s=0.3)
 
 
 async def answering(scope, receive, send):
@@ -103,7 +103,7 @@ def test_connection_that_drips_bytes_is_ended(start):
 
 def test_connection_with_requests_in_time_stays():
     """Each request has its own time."""
-    limits = PlaceLimits(request_s=20.0, idle_s=20.0, answer_s=20.0)
+    limits = ConnectionLimits(request_s=20.0, idle_s=20.0, answer_s=20.0)
     with serving(limits) as port, connect(port) as one:
         for _ in range(5):
             one.sendall(head("POST", "/", name(port), length=2) + b"{}")
@@ -113,7 +113,7 @@ def test_connection_with_requests_in_time_stays():
 
 
 def test_connection_beyond_the_limit_ends_the_oldest_one():
-    limits = PlaceLimits(waiting=3)
+    limits = ConnectionLimits(waiting=3)
     with serving(limits) as port:
         held = []
         for _ in range(6):
@@ -127,7 +127,7 @@ def test_connection_beyond_the_limit_ends_the_oldest_one():
 
 def test_connection_of_a_holder_is_not_ended_by_newer_ones():
     """Up to the holder's share; then its connections are as any other."""
-    limits = PlaceLimits(waiting=3)
+    limits = ConnectionLimits(waiting=3)
     with serving(limits) as port:
         own = [connect(port) for _ in range(3)]
         for item in own:
@@ -143,7 +143,7 @@ def test_connection_of_a_holder_is_not_ended_by_newer_ones():
 
 
 def test_client_that_sends_far_ahead_is_ended():
-    with serving(PlaceLimits(ahead_bytes=10_000)) as port, connect(port) as one:
+    with serving(ConnectionLimits(ahead_bytes=10_000)) as port, connect(port) as one:
         one.sendall(head("GET", "/long", name(port)))
         threading.Event().wait(0.5)
         with pytest.raises(ConnectionError):
@@ -167,7 +167,7 @@ def test_connection_without_a_tls_handshake_is_counted_and_ended(certificate):
     cert, key = certificate
     trusting = ssl.create_default_context(cafile=str(cert))
     trusting.check_hostname = False
-    with serving(PlaceLimits(waiting=3), tls_of(str(cert), str(key))) as port:
+    with serving(ConnectionLimits(waiting=3), tls_of(str(cert), str(key))) as port:
         silent = []
         for _ in range(6):
             silent.append(connect(port))
@@ -198,11 +198,11 @@ def test_source_of_an_address_is_one_client(address, source):
 def test_connections_of_one_address_do_not_end_those_of_another():
     async def run():
         gone = []
-        places = Places(PlaceLimits(waiting=5))
-        places.take("192.0.2.1", lambda: gone.append("passenger"))
+        slots = ConnectionSlots(ConnectionLimits(waiting=5))
+        slots.take("192.0.2.1", lambda: gone.append("passenger"))
         for i in range(100):
-            places.take(f"2001:db8::{i:x}", lambda: gone.append("attacker"))
-        return gone, places.waiting
+            slots.take(f"2001:db8::{i:x}", lambda: gone.append("attacker"))
+        return gone, slots.waiting
 
     gone, waiting = asyncio.run(run())
     assert set(gone) == {"attacker"} and waiting == 5
@@ -210,29 +210,29 @@ def test_connections_of_one_address_do_not_end_those_of_another():
 
 @given(st.lists(st.tuples(st.sampled_from("tharl"), st.integers(0, 9)), max_size=80))
 @settings(max_examples=150, deadline=None)
-def test_places_after_any_history_count_what_is_there(history):
-    """No order of calls loses a place, counts one twice, or exceeds a limit."""
+def test_slots_after_any_history_count_what_is_there(history):
+    """No order of calls loses a slot, counts one twice, or exceeds a limit."""
 
     async def run():
-        places, made = Places(PlaceLimits(waiting=4)), []
+        slots, made = ConnectionSlots(ConnectionLimits(waiting=4)), []
         for call, which in history:
             if call == "t":
                 ended = []
-                made.append((places.take(f"192.0.2.{which % 3}", lambda ended=ended: ended.append(1)), ended))
+                made.append((slots.take(f"192.0.2.{which % 3}", lambda ended=ended: ended.append(1)), ended))
             elif made:
-                place, _ = made[which % len(made)]
+                slot, _ = made[which % len(made)]
                 {
-                    "h": lambda place=place: place.hold(("one", 2), ("all", 3)),
-                    "a": place.answered,
-                    "r": place.request_read,
-                    "l": place.leave,
+                    "h": lambda slot=slot: slot.hold(("one", 2), ("all", 3)),
+                    "a": slot.answered,
+                    "r": slot.request_read,
+                    "l": slot.leave,
                 }[call]()
-            assert places.waiting <= 4
-        here = [place for place, ended in made if not ended and not place._left]
-        assert places.waiting == sum(not place.held_for for place in here)
-        assert sum(bool(place.held_for) for place in here) <= 2
-        for place in here:
-            place.leave()
-        assert places.waiting == 0 and not places._waiting and not +places._held
+            assert slots.waiting <= 4
+        here = [slot for slot, ended in made if not ended and not slot._left]
+        assert slots.waiting == sum(not slot.held_for for slot in here)
+        assert sum(bool(slot.held_for) for slot in here) <= 2
+        for slot in here:
+            slot.leave()
+        assert slots.waiting == 0 and not slots._waiting and not +slots._held
 
     asyncio.run(run())
