@@ -93,7 +93,7 @@ LAUNCH = [
 """Throttle, seconds, m/s: the same source."""
 
 
-@pytest.mark.parametrize(("mps", "metres"), STOPS)
+@pytest.mark.parametrize(("mps", "meters"), STOPS)
 def test_the_mkz_stops_as_measured_in_carla(mps: float, meters: float) -> None:
     world = straight_world()
     car = add(world, MKZ)

@@ -32,7 +32,7 @@ def zones(kind, start_m, end_m):
 
 
 @pytest.mark.parametrize(
-    ("rear", "front", "running", "metres"),
+    ("rear", "front", "running", "meters"),
     [
         (10.0, 6.0, False, 8.0 + 100.0 / 7.0 - 36.0 / 16.0),
         (10.0, 6.0, True, 8.0 + 100.0 / 9.0 - 36.0 / 16.0),

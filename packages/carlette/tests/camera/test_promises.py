@@ -93,7 +93,7 @@ def test_a_camera_inside_its_car_does_not_see_that(world) -> None:
         assert (seen == car.id).any() == is_seen
 
 
-@pytest.mark.parametrize("metres", (0.1, 3.7, 42.0, 999.0, 1000.0, 5000.0))
+@pytest.mark.parametrize("meters", (0.1, 3.7, 42.0, 999.0, 1000.0, 5000.0))
 def test_depth_can_be_decoded_as_carla_says(meters) -> None:
     blue, green, red, alpha = encode_depth(np.full((1, 1), meters, np.float32))[0, 0].astype(int).tolist()
     assert alpha == 255
