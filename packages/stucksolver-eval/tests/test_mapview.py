@@ -61,7 +61,7 @@ def test_left_is_left_in_driving_direction():
 
 
 @pytest.mark.parametrize(
-    ("road", "lane", "centre"),
+    ("road", "lane", "center"),
     [(11, -1, [("broken", "yellow")]), (3, -1, [("solid", "yellow"), ("solid", "yellow")])],
 )
 def test_the_center_line_is_painted_as_it_is(road, lane, center):
