@@ -93,7 +93,7 @@ coverage: $(VENV)/.dev
 	$(BIN)/python -m coverage report --skip-covered | tail -n 40
 	$(BIN)/python -m coverage html --quiet
 
-# Wheels and sdists in empty environments of each Python, licences, benchmark ratios; a Python that is not here is skipped.
+# Wheels and sdists in empty environments of each Python, licenses, benchmark ratios; a Python that is not here is skipped.
 release-check: $(VENV)/.dev bench-check
 	$(BIN)/python -m lab.releasing
 

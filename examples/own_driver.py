@@ -49,6 +49,6 @@ class PurePursuit:
 
     @staticmethod
     def seen(here: Any, there: Any) -> tuple[float, float]:
-        """Position of `there` in the vehicle frame: (ahead, to the left), in metres."""
+        """Position of `there` in the vehicle frame: (ahead, to the left), in meters."""
         to, yaw = there - here.location, math.radians(here.rotation.yaw)
         return to.x * math.cos(yaw) + to.y * math.sin(yaw), to.x * math.sin(yaw) - to.y * math.cos(yaw)

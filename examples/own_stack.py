@@ -28,11 +28,11 @@ from stucksolver.scene.scene_builder import build_scene
 DT_S = 0.05
 STATIONS = 301
 OFFERS = ("wait", "keep_lane", "change_lane", "borrow_oncoming_lane")
-"""The behaviours that this stack can perform; it cannot reverse."""
+"""The behaviors that this stack can perform; it cannot reverse."""
 
 
 def lane(name: str, offset_m: float, direction: LaneDirection, line: LineKind) -> LaneStrip:
-    """A lane along the route, sampled every metre. `line` is the marking that must be crossed to enter it."""
+    """A lane along the route, sampled every meter. `line` is the marking that must be crossed to enter it."""
     return LaneStrip(
         id=name,
         kind=LaneKind.DRIVING,

@@ -29,7 +29,7 @@ STEPS = {
     "own-route": "your own route",
     "own-stack": "your own stack",
     "own-model": "your own model",
-    "own-behaviour": "your own behaviour",
+    "own-behavior": "your own behavior",
 }
 ENDING = " 2>&1 || true"
 """End of commands that are meant to fail; the table leaves it out."""

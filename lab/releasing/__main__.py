@@ -159,7 +159,7 @@ def _check_python(version: str, wheels: dict[str, Path], folder: Path) -> bool:
     _print_output([whole, "-m", "stucksolver", "demo", "--out", str(folder / f"{version}-demo")], folder)
     if not (folder / f"{version}-demo" / "report.html").is_file():
         raise ReleaseError(f"Python {version}: the demonstration wrote no report")
-    _print_output([whole, str(ROOT / "lab" / "releasing" / "licences.py")], folder)
+    _print_output([whole, str(ROOT / "lab" / "releasing" / "licenses.py")], folder)
     return True
 
 

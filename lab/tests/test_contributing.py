@@ -36,7 +36,7 @@ def made(request, monkeypatch):
 
 def test_templates_cover_all_kinds_within_60_lines():
     """There is one template for each kind, and none has more than 60 lines."""
-    assert sorted(TEMPLATES) == ["behaviour", "criterion", "reasoner", "scenario", "sensor", "stack"]
+    assert sorted(TEMPLATES) == ["behavior", "criterion", "reasoner", "scenario", "sensor", "stack"]
     assert all(len(code.splitlines()) <= 60 for code in TEMPLATES.values())
 
 
@@ -47,8 +47,8 @@ def test_files_and_folders_that_the_page_names_are_there(name):
         assert (root / path).exists(), path
 
 
-@pytest.mark.parametrize("made", ["behaviour"], indirect=True)
-def test_the_behaviour_is_offered_proven_and_driven(made, request):
+@pytest.mark.parametrize("made", ["behavior"], indirect=True)
+def test_the_behavior_is_offered_proven_and_driven(made, request):
     inch = made.InchForward(distance_m=0.8)
     register(made.InchForward)
     request.addfinalizer(lambda: unregister("inch_forward"))

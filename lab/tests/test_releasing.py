@@ -1,4 +1,4 @@
-"""What a release is checked for: licences, and which Python is found."""
+"""What a release is checked for: licenses, and which Python is found."""
 
 from __future__ import annotations
 
@@ -9,22 +9,22 @@ import pytest
 
 from lab.benchmarks.against import MAX_FACTOR, slower
 from lab.releasing.__main__ import find_python
-from lab.releasing.licences import allowed
+from lab.releasing.licenses import allowed
 
 
 @pytest.mark.parametrize(
-    "licence",
+    "license",
     ["MIT", "BSD-3-Clause AND 0BSD AND MIT AND Zlib AND CC0-1.0", "Apache-2.0 OR BSD-2-Clause", "MPL-2.0 AND MIT"],
 )
-def test_licences_that_leave_our_code_alone_are_allowed(licence):
-    assert allowed(licence)
+def test_licenses_that_leave_our_code_alone_are_allowed(license):
+    assert allowed(license)
 
 
 @pytest.mark.parametrize(
-    "licence", ["", "GPL-3.0-only", "MIT AND AGPL-3.0-or-later", "LGPL-2.1", "Proprietary", "UNKNOWN"]
+    "license", ["", "GPL-3.0-only", "MIT AND AGPL-3.0-or-later", "LGPL-2.1", "Proprietary", "UNKNOWN"]
 )
-def test_others_and_none_at_all_are_refused(licence):
-    assert not allowed(licence)
+def test_others_and_none_at_all_are_refused(license):
+    assert not allowed(license)
 
 
 def test_a_python_that_is_not_here_is_not_made_up(monkeypatch, tmp_path):

@@ -69,7 +69,7 @@ def fill(modules: Modules, layers: Sequence[Layer]) -> None:
     if len(modules) != len(layers):
         raise ValueError(f"expected {len(modules)} layers, got {len(layers)}")
     with torch.no_grad():
-        for (module, normalisation), (weight, bias) in zip(modules, layers, strict=True):
+        for (module, normalization), (weight, bias) in zip(modules, layers, strict=True):
             into: Any = module.weight
             # A product of matrices has transposed weights.
             source = weight.T if isinstance(module, nn.Linear) and module.bias is None else weight
@@ -77,11 +77,11 @@ def fill(modules: Modules, layers: Sequence[Layer]) -> None:
                 raise ValueError(f"expected a layer of shape {tuple(into.shape)}, got {source.shape}")
             into.copy_(torch.from_numpy(np.array(source)))
             if bias is not None:
-                target: Any = normalisation.bias if normalisation is not None else module.bias
+                target: Any = normalization.bias if normalization is not None else module.bias
                 target.copy_(torch.from_numpy(np.array(bias)))
-            if normalisation is not None:
+            if normalization is not None:
                 # Otherwise its small constant under the root would scale the output.
-                normalisation.weight.fill_((1.0 + normalisation.eps) ** 0.5)
+                normalization.weight.fill_((1.0 + normalization.eps) ** 0.5)
 
 
 def mean_of(first: Mapping[str, Tensor], second: Mapping[str, Tensor], share: float) -> dict[str, Tensor]:

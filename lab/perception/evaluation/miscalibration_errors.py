@@ -53,9 +53,9 @@ def played(recording: Recording, case: str, errors: Errors) -> None:
     # Both faults turn the measurements to the left: the sensor is turned to the right.
     turned = {name: -math.degrees(TURNED_RAD) * (case == name) for name in CASES}
     accused_lidar = accused_camera = False
-    driven_m, localiser = 0.0, EkfLocalizer(recording.rig)
+    driven_m, localizer = 0.0, EkfLocalizer(recording.rig)
     for ticks in looks_of(recording):
-        looks = [(_measured(tick, fault), _localised(localiser, tick)) for tick in ticks]
+        looks = [(_measured(tick, fault), _localized(localizer, tick)) for tick in ticks]
         driven_m += sum(abs(pose.speed_mps) for _, pose in looks) * _tick_s(ticks)
         sweeps = [(now.sweep, pose) for now, pose in looks if now.sweep is not None]
         for sweep, pose in sweeps:
@@ -103,12 +103,12 @@ def _measured(tick: Recorded, fault: SensorFault | None) -> TickMeasurements:
     return now if fault is None else fault.after(now, tick.time_s)
 
 
-def _localised(localiser: EkfLocalizer, tick: Recorded) -> PoseEstimate:
+def _localized(localizer: EkfLocalizer, tick: Recorded) -> PoseEstimate:
     a, w = tick.imu[:3].tolist(), tick.imu[3:6].tolist()
-    localiser.imu(ImuSample(tick.time_s, (a[0], a[1], a[2]), (w[0], w[1], w[2]), float(tick.imu[6])))
-    localiser.wheel(WheelSpeed(tick.time_s, tick.wheel_mps))
-    localiser.gnss(GnssFix(tick.time_s, *tick.gnss.tolist()))
-    return localiser.estimate(tick.time_s)
+    localizer.imu(ImuSample(tick.time_s, (a[0], a[1], a[2]), (w[0], w[1], w[2]), float(tick.imu[6])))
+    localizer.wheel(WheelSpeed(tick.time_s, tick.wheel_mps))
+    localizer.gnss(GnssFix(tick.time_s, *tick.gnss.tolist()))
+    return localizer.estimate(tick.time_s)
 
 
 def _moving(tick: Recorded) -> Floats:

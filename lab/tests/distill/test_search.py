@@ -22,9 +22,9 @@ TWO_LANES = straight_road(left=LineKind.BROKEN, oncoming=None)
 QUICK = SearchSettings(depth=2, beam=2, steps=2, later_steps=2)
 
 
-def ahead(metres: float, across: float = 0.0, speed_mps: float = 6.0) -> EgoTrajectory:
+def ahead(meters: float, across: float = 0.0, speed_mps: float = 6.0) -> EgoTrajectory:
     """A trail from (50, 0) that shifts sideways at once and then drives on."""
-    t = np.linspace(0.0, metres / speed_mps, 30)
+    t = np.linspace(0.0, meters / speed_mps, 30)
     x = 50.0 + speed_mps * t
     y = np.clip(x - 50.0, 0.0, 8.0) / 8.0 * across
     return EgoTrajectory(t, np.column_stack([x, y, np.zeros(30)]), speed_mps)

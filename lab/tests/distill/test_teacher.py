@@ -58,7 +58,7 @@ def label(source: str = "teacher", **changes: object) -> Label:
     )
 
 
-def test_the_grid_holds_only_valid_behaviours_and_calls_nobody():
+def test_the_grid_holds_only_valid_behaviors_and_calls_nobody():
     found = offered(scene(), 4)
     names = {behavior.name for behavior in found}
     assert names >= {"wait", "change_lane", "creep", "back_up"}

@@ -24,7 +24,7 @@ def test_an_id_is_green_and_256_times_blue() -> None:
     assert instance_ids(shown(np.array([[[blue, green, red, 255]]]))).tolist() == [[2 * 256 + 7]]
 
 
-def test_a_lamp_of_a_few_pixels_keeps_its_colour() -> None:
+def test_a_lamp_of_a_few_pixels_keeps_its_color() -> None:
     bgra = np.full((32, 32, 4), 20)
     bgra[15:17, 15:17] = [0, 0, 250, 255]
     rgb = np.asarray(Image.open(io.BytesIO(encoded(shown(bgra)))))

@@ -39,7 +39,7 @@ def test_each_page_of_the_tutorial_has_commands_to_run():
 
 
 @pytest.mark.integration
-@pytest.mark.parametrize("name", ["own-stack", "own-behaviour"])
+@pytest.mark.parametrize("name", ["own-stack", "own-behavior"])
 def test_the_pages_that_need_no_simulator_do_what_they_say(tmp_path, name):
     checkout(tmp_path)
     assert done((PAGES / f"{name}.md").read_text(encoding="utf-8"), tmp_path)

@@ -12,11 +12,11 @@ from carlette.world.world import World
 CAR = "vehicle.tesla.model3"
 LENGTH_M = 2000.0
 LANE_Y_M = 1.75
-"""Centre of the lane that leads along +x (CARLA's y points right)."""
+"""Center of the lane that leads along +x (CARLA's y points right)."""
 
 
 def straight_road(slope: float = 0.0, signals: str = "", lane: str = "driving") -> str:
-    """A road along +x from the origin: a lane each way and sidewalks; it rises by `slope` metres per metre."""
+    """A road along +x from the origin: a lane each way and sidewalks; it rises by `slope` meters per meter."""
 
     def lane_xml(number: int, kind: str) -> str:
         inside = '<width sOffset="0" a="3.5" b="0" c="0" d="0"/><roadMark sOffset="0" type="broken" width="0.12"/>'

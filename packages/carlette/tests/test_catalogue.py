@@ -59,7 +59,7 @@ def test_every_filter_of_the_scenarios_finds_a_vehicle(wanted: dict[str, str]) -
     assert any(wanted.items() <= attributes(vehicle).items() for vehicle in vehicles)
 
 
-def test_every_vehicle_offers_colours_and_typed_attributes() -> None:
+def test_every_vehicle_offers_colors_and_typed_attributes() -> None:
     for type_id in load_catalog().vehicles:
         by_id = {attribute.id: attribute for attribute in load_catalog().definitions[type_id].attributes}
         assert by_id["color"].recommended

@@ -80,7 +80,7 @@ def test_truck_brakes_longer_than_car_bicycle_below_45_kmh() -> None:
 
 
 STOPS = [(5.3, 0.6), (10.2, 4.5), (15.0, 12.7), (25.1, 40.6), (30.1, 59.9)]
-"""m/s and metres: PDM-Lite's fit of the MKZ 2020 in CARLA 0.9.15 at full brake, doubtful below 5 m/s."""
+"""m/s and meters: PDM-Lite's fit of the MKZ 2020 in CARLA 0.9.15 at full brake, doubtful below 5 m/s."""
 LAUNCH = [
     (1.0, 0.5, 3.56),
     (1.0, 1.0, 6.66),
@@ -93,14 +93,14 @@ LAUNCH = [
 """Throttle, seconds, m/s: the same source."""
 
 
-@pytest.mark.parametrize(("mps", "metres"), STOPS)
-def test_the_mkz_stops_as_measured_in_carla(mps: float, metres: float) -> None:
+@pytest.mark.parametrize(("mps", "meters"), STOPS)
+def test_the_mkz_stops_as_measured_in_carla(mps: float, meters: float) -> None:
     world = straight_world()
     car = add(world, MKZ)
     launch(world, car, mps)
     drive(world, car, brake=1.0)
     list(ticks(world, 100))
-    assert world.pose(car).location.x - 50.0 == pytest.approx(metres, rel=0.05, abs=0.15)
+    assert world.pose(car).location.x - 50.0 == pytest.approx(meters, rel=0.05, abs=0.15)
 
 
 @pytest.mark.parametrize(("throttle", "seconds", "mps"), LAUNCH)

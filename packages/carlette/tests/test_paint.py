@@ -1,4 +1,4 @@
-"""A vehicle for which a client chooses no colour has one of its blueprint's, always the same for the same id."""
+"""A vehicle for which a client chooses no color has one of its blueprint's, always the same for the same id."""
 
 from __future__ import annotations
 
@@ -49,11 +49,11 @@ def test_chosen_color_is_kept_as_sent(color: str) -> None:
     assert set(row_of_cars(asked(color), count=5)) == {color}
 
 
-def test_blueprints_of_one_colour_have_that_colour() -> None:
+def test_blueprints_of_one_color_have_that_color() -> None:
     assert set(row_of_cars({}, POLICE, 10)) == set(recommended(POLICE))
 
 
-def test_a_bicycle_has_one_of_a_bicycles_colours() -> None:
+def test_a_bicycle_has_one_of_a_bicycles_colors() -> None:
     assert set(row_of_cars({}, BICYCLE, 30)) == set(recommended(BICYCLE))
 
 
@@ -66,7 +66,7 @@ def test_default_color_is_valid_and_not_recommended() -> None:
     assert all(0 <= int(part) <= 255 for part in UNPAINTED.split(","))
 
 
-def test_what_has_no_colour_gets_none() -> None:
+def test_what_has_no_color_gets_none() -> None:
     world = straight_world()
     for kind in ("walker.pedestrian.0001", "static.prop.constructioncone"):
         assert "color" not in add(world, kind, x=30.0 if "walker" in kind else 40.0).attributes

@@ -62,7 +62,7 @@ def test_collision_pushes_parked_car_and_conserves_momentum() -> None:
     assert speed_of(world, parked) > speed_of(world, car) > 0.0
 
 
-def test_a_hit_off_centre_spins_the_car() -> None:
+def test_a_hit_off_center_spins_the_car() -> None:
     world = straight_world()
     car, parked = add(world, CAR, 50.0), add(world, CAR, 60.0, y=LANE_Y_M + 1.6)
     launch(world, car, 15.0)

@@ -69,7 +69,7 @@ def governed(roads: RoadNetwork, root: ElementTree.Element) -> dict[str, set[tup
 
 
 def stops(roads: RoadNetwork, signal: Signal) -> list:
-    """Where clients find the stop waypoints: along the box, a metre apart."""
+    """Where clients find the stop waypoints: along the box, a meter apart."""
     middle, half = signal.pose.apply(signal.box.center), signal.box.extent.x
     yaw = math.radians(signal.pose.rotation.yaw)
     found, place = [], -0.9 * half
@@ -80,9 +80,9 @@ def stops(roads: RoadNetwork, signal: Signal) -> list:
     return found
 
 
-def leads_to(waypoint, metres: int = 25) -> set[tuple[int, int]]:
+def leads_to(waypoint, meters: int = 25) -> set[tuple[int, int]]:
     found, here = set(), [waypoint]
-    for _ in range(metres):
+    for _ in range(meters):
         found |= {(item.road_id, item.lane_id) for item in here}
         here = [after for item in here for after in item.next(1.0)]
     return found

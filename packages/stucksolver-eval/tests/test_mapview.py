@@ -52,25 +52,25 @@ def test_map_view_lane_widths_match_map():
 
 def test_left_is_left_in_driving_direction():
     for lane_id, ahead in ((-1, 1), (1, -1)):
-        centre = xy(DEMO.get_waypoint_xodr(11, lane_id, 100.0))
-        view = map_view(DEMO, [centre], margin_m=10.0)
-        lane = next(lane for lane in view.lanes if area(lane).contains(shapely.Point(centre)))
+        center = xy(DEMO.get_waypoint_xodr(11, lane_id, 100.0))
+        view = map_view(DEMO, [center], margin_m=10.0)
+        lane = next(lane for lane in view.lanes if area(lane).contains(shapely.Point(center)))
         (x0, y0), (x1, _) = lane.left[0], lane.left[-1]
         assert (x1 - x0) * ahead > 0
         assert (y0 - lane.right[0][1]) * ahead > 0
 
 
 @pytest.mark.parametrize(
-    ("road", "lane", "centre"),
+    ("road", "lane", "center"),
     [(11, -1, [("broken", "yellow")]), (3, -1, [("solid", "yellow"), ("solid", "yellow")])],
 )
-def test_the_centre_line_is_painted_as_it_is(road, lane, centre):
+def test_the_center_line_is_painted_as_it_is(road, lane, center):
     waypoint = DEMO.get_waypoint_xodr(road, lane, 100.0)
     view = map_view(DEMO, [xy(waypoint)], margin_m=10.0)
     x, y = xy(waypoint.get_left_lane())
     between = shapely.Point((x + xy(waypoint)[0]) / 2, (y + xy(waypoint)[1]) / 2)
     painted = [m for m in view.markings if shapely.LineString(m.points).distance(between) < 0.5]
-    assert [(marking.kind, marking.color) for marking in painted] == centre
+    assert [(marking.kind, marking.color) for marking in painted] == center
 
 
 def test_what_is_far_away_is_left_out():

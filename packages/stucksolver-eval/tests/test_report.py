@@ -251,13 +251,13 @@ def test_an_impossible_folder_is_reported(tmp_path):
 
 # --- compact and exact ---
 
-metres = st.floats(-2000, 2000)
-pose = st.tuples(metres, metres, st.floats(-720, 720))
+meters = st.floats(-2000, 2000)
+pose = st.tuples(meters, meters, st.floats(-720, 720))
 
 
 @settings(max_examples=50)
 @given(st.lists(st.dictionaries(st.integers(0, 3), pose), min_size=1, max_size=12))
-def test_poses_read_back_to_the_centimetre(poses):
+def test_poses_read_back_to_the_centimeter(poses):
     frames = [
         RunLogFrame(time_s=n / 10, speed_mps=n, poses=tuple((actor, *where) for actor, where in present.items()))
         for n, present in enumerate(poses)

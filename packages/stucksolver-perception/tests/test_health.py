@@ -61,7 +61,7 @@ def test_a_night_with_some_lamps_is_no_fault(health):
     assert health.picture(dark, moves=True) is dark
 
 
-@pytest.mark.parametrize(("low", "high"), [(0, 1), (120, 121)], ids=["black", "grey"])
+@pytest.mark.parametrize(("low", "high"), [(0, 1), (120, 121)], ids=["black", "gray"])
 def test_an_empty_picture_is_not_believed(health, low, high):
     assert health.picture(picture(low, high), moves=False) is None
     assert health.faults == ("the camera's image is black or empty",)

@@ -1,4 +1,4 @@
-"""A recording comes back as it was written, to a centimetre; what is none is refused in one clear sentence."""
+"""A recording comes back as it was written, to a centimeter; what is none is refused in one clear sentence."""
 
 from __future__ import annotations
 

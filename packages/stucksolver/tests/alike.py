@@ -95,7 +95,7 @@ def same_plan(proven: ProvenPlan, view: FrenetScene, flipped: bool) -> ProvenPla
 
 
 class Judge(Guard):
-    """Lays out what it is given, since behaviours know left from right: on which side oncoming traffic is, say."""
+    """Lays out what it is given, since behaviors know left from right: on which side oncoming traffic is, say."""
 
     given: ProvenPlan | None = None
 

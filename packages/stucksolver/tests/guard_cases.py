@@ -37,7 +37,7 @@ def case_of(world, *behaviors, running=False):
 
 
 def case_on(d, turn, objects=(), *, start_s=50.0, **world):
-    """A path of one's own making, half a metre from station to station."""
+    """A path of one's own making, half a meter from station to station."""
     view = World(MULTI, list(objects), x=start_s, **world).view()
     s = start_s + 0.5 * np.arange(len(d))
     path = FrenetPath(s, np.asarray(d, float), np.full(len(d), 5.0), yaw=np.asarray(turn, float))

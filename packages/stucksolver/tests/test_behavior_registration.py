@@ -79,7 +79,7 @@ class EdgeForward(Behavior):
     def fits_scene(cls, scene: Scene) -> bool:
         return bool(scene.objects)
 
-    def manoeuvre(self, view: FrenetScene, start: BehaviorStart) -> FrenetPath:
+    def maneuver(self, view: FrenetScene, start: BehaviorStart) -> FrenetPath:
         return along_lane(own_lane(view, start), start.s_m, start.d_m, self.distance_m, 1.0).stopping()
 
 
@@ -216,7 +216,7 @@ def test_register_missing_facts_are_named():
         name: Literal["unsaid"] = "unsaid"
         solution_rank: ClassVar[int | None] = 1
 
-        def manoeuvre(self, view, start):
+        def maneuver(self, view, start):
             return None
 
     with pytest.raises(ValueError, match="does not state: summary, phrase, intents"):

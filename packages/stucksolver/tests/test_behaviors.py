@@ -1,4 +1,4 @@
-"""Each behaviour, driven from its start to its end, given up, and timed out: where it leaves the vehicle."""
+"""Each behavior, driven from its start to its end, given up, and timed out: where it leaves the vehicle."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ def test_a_short_way_is_driven_and_not_over_at_once(behavior):
     assert outcome.finished and 0.5 * behavior.distance_m < world.x - 50.0 < behavior.distance_m + 0.2
 
 
-def test_every_behaviour_of_the_closed_list_is_driven_here():
+def test_every_behavior_of_the_closed_list_is_driven_here():
     # A turn follows no road: test_turning.py drives it.
     assert list(CASES) == [name for name in REGISTRY if name != "turn_round"]
 
@@ -113,7 +113,7 @@ def test_it_is_done_within_its_time_and_touches_nothing(name):
 
 @pytest.mark.parametrize(("name", "when_s"), each_value(CASES, [0.3, 2.0, 5.0]))
 def test_given_up_it_leaves_the_vehicle_where_it_may_be(name, when_s):
-    """At rest where one may stand, or, once committed, with the behaviour finished."""
+    """At rest where one may stand, or, once committed, with the behavior finished."""
     behavior, world = fresh(name)
 
     def give_up(execution, world):

@@ -56,8 +56,8 @@ def test_left_of_the_road_is_positive(radius, s, d):
     assume(abs(d) > 0.5)
     frame = RoadFrame(bent_road(radius, count=20))
     x, y, _ = frame.to_local(np.array([s]), np.array([d]))
-    from_centre = math.hypot(x[0], y[0] - radius)
-    assert (from_centre < radius) == (d > 0)
+    from_center = math.hypot(x[0], y[0] - radius)
+    assert (from_center < radius) == (d > 0)
 
 
 def test_arc_lengths_are_counted_along_the_whole_route():
@@ -95,7 +95,7 @@ def test_a_lane_ends_where_its_stations_end():
     assert not frame.lanes[1].covers(40.0, 60.0)
 
 
-def test_the_neighbour_on_a_side_is_the_nearest_one_there():
+def test_the_neighbor_on_a_side_is_the_nearest_one_there():
     frame = road_frame(straight_road(left=LineKind.BROKEN))
     own, left, oncoming = frame.lanes
     assert frame.beside(50.0, 0.0, +1) is left

@@ -24,7 +24,7 @@ LANES = {
 
 
 def pose(radius_m, s, d):
-    """x, y and heading of a place of an arc that turns left about (0, radius); `d` metres to the left of it."""
+    """x, y and heading of a place of an arc that turns left about (0, radius); `d` meters to the left of it."""
     angle = s / radius_m
     return (radius_m - d) * math.sin(angle), radius_m - (radius_m - d) * math.cos(angle), angle
 

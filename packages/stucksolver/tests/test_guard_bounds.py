@@ -321,7 +321,7 @@ def lanes_end_m():
 
 @pytest.mark.parametrize("kind", list(ZoneKind))
 def test_the_oncoming_lane_is_left_3_m_before_a_zone(kind):
-    """The body's end is 2.45 m before its centre; a body that turns may reach in by some stations more."""
+    """The body's end is 2.45 m before its center; a body that turns may reach in by some stations more."""
     _, last = lanes_end_m()
 
     def refused(start_m):

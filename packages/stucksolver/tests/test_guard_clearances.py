@@ -1,4 +1,4 @@
-"""How near a plan may come to what is there: a centimetre on either side of each bound, and what a verdict says."""
+"""How near a plan may come to what is there: a centimeter on either side of each bound, and what a verdict says."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def at(gap_m, kind=K.BARRIER, side=1.0, x=75.0, **more):
         "cyclist comes",
     ],
 )
-def test_each_kind_of_neighbour_is_given_its_gap(behavior, least_m, code, more, side):
+def test_each_kind_of_neighbor_is_given_its_gap(behavior, least_m, code, more, side):
     assert code in codes(behavior, at(least_m - A_LITTLE, side=side, **more))
     assert not codes(behavior, at(least_m + A_LITTLE, side=side, **more)) & {C.GAP, C.CLEARANCE, C.COLLISION}
 

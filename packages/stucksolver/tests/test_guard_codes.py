@@ -30,7 +30,7 @@ def parked(road=TWO_WAY, *others, **world):
 
 
 def codes(behavior, world, *, guided=False, policy=None):
-    """Why a behaviour is refused in a world; empty when it is accepted."""
+    """Why a behavior is refused in a world; empty when it is accepted."""
     verdict, proven = Guard(policy).accept([behavior], world.view(), guided)
     assert (proven is not None) == verdict.accepted
     assert all(r.detail for r in verdict.rejects)
@@ -285,6 +285,6 @@ def test_a_solid_line_needs_the_passengers_yes_by_default():
     assert Guard().accept([BORROW], solid().view(), False, yes)[0].accepted
 
 
-def test_a_policy_for_an_unknown_behaviour_is_refused_by_name():
+def test_a_policy_for_an_unknown_behavior_is_refused_by_name():
     with pytest.raises(ValueError, match="'fly'"):
         GuardPolicy(releases={"fly": ApprovalLevel.AUTONOMOUS})

@@ -32,7 +32,7 @@ def zones(kind, start_m, end_m):
 
 
 @pytest.mark.parametrize(
-    ("rear", "front", "running", "metres"),
+    ("rear", "front", "running", "meters"),
     [
         (10.0, 6.0, False, 8.0 + 100.0 / 7.0 - 36.0 / 16.0),
         (10.0, 6.0, True, 8.0 + 100.0 / 9.0 - 36.0 / 16.0),
@@ -40,12 +40,12 @@ def zones(kind, start_m, end_m):
         (3.0, 12.0, False, 0.0),
     ],
 )
-def test_rss_distance_follower_reacts_and_lead_brakes_hardest(rear, front, running, metres):
+def test_rss_distance_follower_reacts_and_lead_brakes_hardest(rear, front, running, meters):
     """The follower reacts and then brakes; the lead brakes as hard as possible."""
     policy = RssPolicy(reaction_s=0.8)
-    assert rss_distance(rear, front, policy, running=running) == pytest.approx(metres)
+    assert rss_distance(rear, front, policy, running=running) == pytest.approx(meters)
     if not running:
-        assert rss_distance(rear, front, policy) == pytest.approx(metres)
+        assert rss_distance(rear, front, policy) == pytest.approx(meters)
 
 
 def test_rss_lateral_gap_grows_with_reaction_and_braking():
@@ -147,7 +147,7 @@ def test_adjacent_traffic_bicycle_needs_larger_gap_than_car():
 @pytest.mark.parametrize("speed", [1.5, 5.5])
 @pytest.mark.parametrize("more_m", [-0.01, 0.0, 0.01])
 def test_ahead_is_seen_as_far_as_a_stop_takes(speed, more_m):
-    """From our front: half a second and a stop by 3 m/s², and a metre."""
+    """From our front: half a second and a stop by 3 m/s², and a meter."""
     needed = LENGTH_M / 2 + speed**2 / 6.0 + 0.5 * speed + 1.0
     case = case_of(World(MULTI, sight_m=needed + more_m, speed=speed), KeepLane(distance_m=60.0, speed_mps=speed))
     found = sight_distance._ahead(case, case.start_lane)

@@ -119,7 +119,7 @@ def test_lower_limit_that_begins_ahead_refuses_a_quick_plan(start_m):
 @pytest.mark.parametrize("guided", [False, True])
 @pytest.mark.parametrize("start_m", [60, 75, 120])
 def test_lower_limit_that_begins_ahead_slows_a_recovery_before_it(guided, start_m):
-    """The front is at the zone's begin half a length before the centre is, and the ramp is one a stack can follow."""
+    """The front is at the zone's begin half a length before the center is, and the ramp is one a stack can follow."""
     world = World(zone_from(start_m, 10 * KMH), sight_m=300.0)
     found, proven = judged(world, KeepLane(distance_m=100.0, speed_mps=5.5), guided=guided)
     path = proven.path

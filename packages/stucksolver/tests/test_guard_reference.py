@@ -370,7 +370,7 @@ def test_oncoming_lane_is_checked_behind_lanes_of_own_direction():
 
 
 def pressed(x, y, speed, d_end, *, own_mps=1.0, kind=ObjectKind.CAR, giving_way=False, first=(), within_m=1.0):
-    """A body that goes aside by `d_end` within a metre without turning, and one beside it from behind."""
+    """A body that goes aside by `d_end` within a meter without turning, and one beside it from behind."""
     s = 50.0 + 0.5 * np.arange(41)
     d = d_end * np.clip((s - 50.0) / within_m, 0.0, 1.0)
     path = FrenetPath(s, d, np.full(41, own_mps), yaw=np.zeros(41))

@@ -31,7 +31,7 @@ JUNCTION = (zone(ZoneKind.JUNCTION, 30.0, 120.0),)
 
 
 def case_of(objects=(), *, zones=JUNCTION, speed=0.0, stations=60, path_mps=5.0, d=None, enters=(), **road):
-    """Straight on along the lane, or with offsets `d`, half a metre from station to station."""
+    """Straight on along the lane, or with offsets `d`, half a meter from station to station."""
     world = World(straight_road(zones=zones, **road), list(objects), speed=speed)
     view = world.view()
     s = 50.0 + 0.5 * np.arange(stations)
@@ -216,7 +216,7 @@ def before_the_nose(gap_m, speed):
 
 @pytest.mark.parametrize("speed", [0.0, 2.0, 4.0])
 @pytest.mark.parametrize(("gap_m", "lets"), [(0.5 + A_LITTLE, True), (0.5 - A_LITTLE, False)])
-def test_a_stop_that_lets_by_leaves_half_a_metre(speed, gap_m, lets):
+def test_a_stop_that_lets_by_leaves_half_a_meter(speed, gap_m, lets):
     assert (
         abort_stops.is_junction_stop_clear(case_of([before_the_nose(gap_m, speed)], speed=speed), against(), False)
         is lets
@@ -276,7 +276,7 @@ def test_junction_stop_is_allowed_on_crosswalks_but_not_rails(zones, lets):
 
 @pytest.mark.parametrize(("enters_at_m", "lets"), [(0.0, False), (4.0, False), (6.5, True)])
 def test_way_is_not_given_in_an_oncoming_lane(enters_at_m, lets):
-    """The stop ends 3.9 m on, and is looked at half a metre further."""
+    """The stop ends 3.9 m on, and is looked at half a meter further."""
     s = 0.5 * np.arange(60)
     case = case_of([crosses(**FAR_AHEAD)], speed=4.0, d=np.where(s >= enters_at_m, 1.2, 0.0))
     assert abort_stops.is_junction_stop_clear(case, against(), False) is lets

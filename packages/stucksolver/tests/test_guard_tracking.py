@@ -20,7 +20,7 @@ ON = KeepLane(distance_m=40.0, speed_mps=5.0)
 
 
 def bicycle(world, path, seconds=20.0, error_m=0.0, dt=0.05, speed=2.5):
-    """Poses of a vehicle that keeps its centre beside a path by an error, within its turning circle."""
+    """Poses of a vehicle that keeps its center beside a path by an error, within its turning circle."""
     ego = world.ego()
     lever, lock = ego.limits.wheelbase_m / 2, 1 / ego.limits.min_turn_radius_m
     x, y, yaw, bend, poses = world.x, world.y, world.yaw, 0.0, []
@@ -92,7 +92,7 @@ def test_recheck_constant_offset_stops_before_contact(error_m, gap_m):
 
 
 def test_the_body_is_not_tangent_where_the_path_bends():
-    """On a circle the slip of the bicycle model's centre is asin(l / R)."""
+    """On a circle the slip of the bicycle model's center is asin(l / R)."""
     course = np.arange(0.0, 3.0, 0.5 / 8.0)
     slip = course - body_heading(course, 0.0, 1.45)
     assert slip[-1] == pytest.approx(math.asin(1.45 / 8.0), abs=0.035)

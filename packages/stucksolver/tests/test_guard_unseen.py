@@ -124,7 +124,7 @@ def test_oracle_detects_guard_with_too_little_required_sight():
 
 
 def test_who_comes_before_the_commit_point_costs_no_sight():
-    """The way to the border of the lane costs own metres, not seconds in which somebody may come."""
+    """The way to the border of the lane costs own meters, not seconds in which somebody may come."""
     needed = {}
     for lead_m in (62.0, 72.0):
         world = World(limited(13.9), [thing("lead", lead_m)], sight_m=5.0)

@@ -77,7 +77,7 @@ def test_watched_driver_that_keeps_on_never_touches(speed, gap_m, aside_m, lead_
 
 
 LEVER_M = 1.45
-"""Half a wheelbase: a car's rear axle moves along its heading, its centre does not."""
+"""Half a wheelbase: a car's rear axle moves along its heading, its center does not."""
 
 
 def beside_a_corner(gap_m: float) -> World:
@@ -90,7 +90,7 @@ def beside_a_corner(gap_m: float) -> World:
 
 
 def turn_on(world: World, curvature: float, acceleration: float) -> None:
-    """Drive one tick on an arc of the centre, as a car does: the rear axle follows the heading."""
+    """Drive one tick on an arc of the center, as a car does: the rear axle follows the heading."""
     world.speed = max(world.speed + acceleration * world.dt, 0.0)
     way = world.speed * world.dt
     x = world.x - LEVER_M * math.cos(world.yaw)

@@ -36,7 +36,7 @@ def test_round_trip_through_json_changes_nothing(name, data):
 @pytest.mark.parametrize("behavior", REGISTRY.values(), ids=REGISTRY)
 @settings(max_examples=15)
 @given(data=st.data())
-def test_every_behaviour_survives_json_inside_a_directive(behavior, data):
+def test_every_behavior_survives_json_inside_a_directive(behavior, data):
     directive = Execute(behavior=data.draw(of(behavior)))
     again = ADAPTERS["directive"].validate_json(directive.model_dump_json())
     assert again == directive
@@ -111,7 +111,7 @@ def test_a_schema_forbids_unknown_fields(name):
     assert schemas()[name]["properties"].keys() == TYPES[name].model_fields.keys()
 
 
-def test_the_schema_of_decisions_holds_every_behaviour_with_its_bounds():
+def test_the_schema_of_decisions_holds_every_behavior_with_its_bounds():
     definitions = schemas()["decision"]["$defs"]
     assert {cls.__name__ for cls in REGISTRY.values()} <= definitions.keys()
     assert (
@@ -120,12 +120,12 @@ def test_the_schema_of_decisions_holds_every_behaviour_with_its_bounds():
     )
 
 
-def test_a_reasoner_is_told_the_schema_of_each_offered_behaviour():
+def test_a_reasoner_is_told_the_schema_of_each_offered_behavior():
     offers = describe(tuple(REGISTRY))
     assert [o.parameters["properties"]["name"]["const"] for o in offers] == list(REGISTRY)
 
 
-def test_offering_an_unknown_behaviour_names_the_closed_list():
+def test_offering_an_unknown_behavior_names_the_closed_list():
     with pytest.raises(KeyError, match=r"fly.*borrow_oncoming_lane"):
         describe(("fly",))
 
@@ -141,7 +141,7 @@ def test_offering_an_unknown_behaviour_names_the_closed_list():
         {"name": "borrow_oncoming_lane", "past_object_id": "car", "speed_mps": 5.0, "ignore_guard": True},
     ],
 )
-def test_a_behaviour_outside_the_list_or_its_bounds_is_refused(data):
+def test_a_behavior_outside_the_list_or_its_bounds_is_refused(data):
     with pytest.raises(ValidationError):
         parse_behavior(data)
 

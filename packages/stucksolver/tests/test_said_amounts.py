@@ -1,4 +1,4 @@
-"""What a passenger said about how far, how fast and how long is done, within the bounds of each behaviour."""
+"""What a passenger said about how far, how fast and how long is done, within the bounds of each behavior."""
 
 from __future__ import annotations
 

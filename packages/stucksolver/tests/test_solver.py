@@ -23,7 +23,7 @@ def parked(*others, road=TWO_WAY, **more):
 
 
 def executed(result):
-    """Names of the behaviours performed, in order."""
+    """Names of the behaviors performed, in order."""
     found = []
     for directive in result.directives:
         if isinstance(directive, Execute) and (not found or found[-1] != directive.behavior.name):

@@ -129,13 +129,13 @@ def test_a_reasoner_that_never_answers_costs_nothing_but_the_recovery():
     assert calls == [1]
 
 
-def test_a_behaviour_that_the_stack_does_not_offer_is_refused():
+def test_a_behavior_that_the_stack_does_not_offer_is_refused():
     world = busy_road()
     world.objects = world.objects[:1]
     world.offers = ("wait", "keep_lane")
     seen = drive(world, 15.0, reasoner=planning(BorrowOncomingLane(past_object_id="lead", speed_mps=5.0)))
     assert not any(isinstance(d, Execute) for d in seen.directives)
-    assert "behaviour borrow_oncoming_lane is not offered" in str(seen.events[1].verdict)
+    assert "behavior borrow_oncoming_lane is not offered" in str(seen.events[1].verdict)
 
 
 def test_route_start_not_in_scene_is_rejected():

@@ -26,7 +26,7 @@ LEVER_M = 1.45
 
 @dataclass
 class Turner(World):
-    """A car that keeps to the line of a leg: its centre ahead, its rear axle backing up; with an error at will."""
+    """A car that keeps to the line of a leg: its center ahead, its rear axle backing up; with an error at will."""
 
     line: tuple = ()
     driven: float = 0.0

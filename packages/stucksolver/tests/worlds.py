@@ -65,7 +65,7 @@ def strip(name: str, offset: float, direction: LaneDirection, line: LineKind, co
 def straight_road(
     *, oncoming: LineKind | None = LineKind.BROKEN, left: LineKind | None = None, zones: tuple[Zone, ...] = ()
 ) -> RoadGeometry:
-    """400 m along x; the route's lane on the centre line, an oncoming lane and one of our direction at will."""
+    """400 m along x; the route's lane on the center line, an oncoming lane and one of our direction at will."""
     count = 401
     lanes = [strip("own", 0.0, LaneDirection.SAME, LineKind.NONE, count)]
     offset = 0.0
@@ -183,7 +183,7 @@ class World:
         return build_scene(view, self.status(), describe(self.offers))
 
     def clearance(self) -> float:
-        """Gap between the ego's body and the nearest object now, metres; negative in contact."""
+        """Gap between the ego's body and the nearest object now, meters; negative in contact."""
         ego = self.ego()
         gaps = [
             float(

@@ -15,7 +15,7 @@ from lab.perception.evaluation.metrics.latency import StageLatency, latency
 from lab.perception.evaluation.scoring.camera import score_attributes, score_lights
 from lab.perception.evaluation.scoring.detection import score_lidar
 from lab.perception.evaluation.scoring.far_detection import score_far
-from lab.perception.evaluation.scoring.localization import score_localisation
+from lab.perception.evaluation.scoring.localization import score_localization
 from lab.perception.evaluation.scoring.noise import score_noise
 from lab.perception.evaluation.scoring.scoring_part import (
     MissingGroundTruthError,
@@ -35,7 +35,7 @@ PARTS: Mapping[str, tuple[str, Callable[[ScoringInput], ScoringResult]]] = {
     "lidar": ("Detection by LiDAR", score_lidar),
     "noise": ("Noise of the LiDAR detector", score_noise),
     "tracking": ("Tracking", score_tracking),
-    "localisation": ("Localisation", score_localisation),
+    "localisation": ("Localisation", score_localization),
     "lights": ("Traffic lights", score_lights),
     "attributes": ("Kinds, lamps and doors", score_attributes),
     "far": ("Vehicles far ahead", score_far),

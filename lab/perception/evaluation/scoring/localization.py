@@ -25,7 +25,7 @@ SETTLE_S = 5.0
 """Time after the start before which estimates are not counted (s). Ours; the filter starts from a single fix."""
 
 
-def score_localisation(source: ScoringInput) -> ScoringResult:
+def score_localization(source: ScoringInput) -> ScoringResult:
     """Score localization.
 
     Raises:
@@ -51,14 +51,14 @@ def _followed(recording: Recording, watch: StageTimer) -> tuple[Any, Any, Any, A
     """Return estimates (n, 4), truth (n, 4), position covariances (n, 2, 2) and fixes (n, 2) after `SETTLE_S`."""
     from stucksolver_perception.localization import EkfLocalizer
 
-    localiser = EkfLocalizer(recording.rig)
+    localizer = EkfLocalizer(recording.rig)
     rows: list[tuple[Any, Any, Any, Any]] = []
     began_s: float | None = None
     for tick in recording:
         began_s = tick.time_s if began_s is None else began_s
         with watch("localisation"):
-            _feed(localiser, tick)
-            pose = localiser.estimate(tick.time_s)
+            _feed(localizer, tick)
+            pose = localizer.estimate(tick.time_s)
         if tick.time_s - began_s >= SETTLE_S:
             found = (pose.x_m, pose.y_m, pose.yaw_rad, pose.speed_mps)
             rows.append((found, tick.pose[[0, 1, 3, 6]], pose.covariance[:2, :2], tick.gnss[:2]))
@@ -70,11 +70,11 @@ def _followed(recording: Recording, watch: StageTimer) -> tuple[Any, Any, Any, A
     return estimated, true, covariance, fixes
 
 
-def _feed(localiser: Any, tick: Recorded) -> None:
+def _feed(localizer: Any, tick: Recorded) -> None:
     a, w = tick.imu[:3].tolist(), tick.imu[3:6].tolist()
-    localiser.imu(ImuSample(tick.time_s, (a[0], a[1], a[2]), (w[0], w[1], w[2]), float(tick.imu[6])))
-    localiser.wheel(WheelSpeed(tick.time_s, tick.wheel_mps))
-    localiser.gnss(GnssFix(tick.time_s, *tick.gnss.tolist()))
+    localizer.imu(ImuSample(tick.time_s, (a[0], a[1], a[2]), (w[0], w[1], w[2]), float(tick.imu[6])))
+    localizer.wheel(WheelSpeed(tick.time_s, tick.wheel_mps))
+    localizer.gnss(GnssFix(tick.time_s, *tick.gnss.tolist()))
 
 
 def _page(drives: int, errors: PoseErrors, fix_rms_m: float) -> str:

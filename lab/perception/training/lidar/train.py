@@ -162,7 +162,7 @@ def _fit(net: PillarNet, store: WindowStore, how_often: Tensor, options: Options
     decayed = [parameter for parameter in net.parameters() if parameter.ndim > 1]
     rest = [parameter for parameter in net.parameters() if parameter.ndim <= 1]
     groups = [{"params": decayed, "weight_decay": WEIGHT_DECAY}, {"params": rest, "weight_decay": 0.0}]
-    optimiser = torch.optim.AdamW(groups, lr=options.rate)
+    optimizer = torch.optim.AdamW(groups, lr=options.rate)
     averaged = PillarNet(options.widths).to(device)
     averaged.load_state_dict(net.state_dict())
     net.train()
@@ -173,18 +173,18 @@ def _fit(net: PillarNet, store: WindowStore, how_often: Tensor, options: Options
         share = _share(began, step, options)
         if share >= 1.0:
             break
-        for group in optimiser.param_groups:
+        for group in optimizer.param_groups:
             group["lr"] = options.rate * one_cycle(share)
         batch = store.batch(torch.multinomial(how_often, min(options.batch, len(store))), vary=True)
         features, cell = pillars(batch.points, batch.window)
         with torch.autocast(device.type, torch.bfloat16, enabled=device.type == "cuda"):
             heat, box = net(features, cell, len(batch.boxes))
         maps, boxes = losses(heat, box, targets(batch.boxes, batch.labels))
-        optimiser.zero_grad(set_to_none=True)
+        optimizer.zero_grad(set_to_none=True)
         (maps + boxes).backward()
         # Skip a non-finite step, which would destroy the weights.
         if torch.isfinite(nn.utils.clip_grad_norm_(net.parameters(), MOST_GRADIENT)):
-            optimiser.step()
+            optimizer.step()
         step, since = step + 1, since + 1
         average(averaged, net, min(EMA_DECAY, step / (step + 9.0)))
         running += torch.stack([maps.detach(), boxes.detach()])

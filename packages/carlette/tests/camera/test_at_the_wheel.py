@@ -58,7 +58,7 @@ def test_a_second_post_stands_beside_all_driving_lanes(town) -> None:
 
 
 @pytest.mark.parametrize("color", [Color.RED, Color.GREEN])
-def test_the_first_cars_camera_shows_the_colour_of_its_light(town, color: Color) -> None:
+def test_the_first_cars_camera_shows_the_color_of_its_light(town, color: Color) -> None:
     world = World(town)
     for light in [actor for actor in world.actors.values() if actor.kind is ActorKind.LIGHT]:
         pose = world.pose(light)

@@ -98,7 +98,7 @@ def test_depth_of_the_road_is_that_of_rays(world) -> None:
     assert checked > 40
 
 
-def test_depth_of_the_sky_is_a_thousand_metres(world) -> None:
+def test_depth_of_the_sky_is_a_thousand_meters(world) -> None:
     camera = Camera(world, pitch=40.0)
     sky = camera.tags() == tags.SKY
     assert sky.mean() > 0.5

@@ -87,12 +87,12 @@ def test_the_four_kinds_show_the_same_street(world, ego) -> None:
         world.tick()
         _, depth, semantic, instance = (item.get(timeout=WAIT_S) for item in queues)
         coded = pixels(depth).astype(int)
-        metres = (coded[..., 2] + 256 * coded[..., 1] + 65536 * coded[..., 0]) / 0xFFFFFF * 1000
+        meters = (coded[..., 2] + 256 * coded[..., 1] + 65536 * coded[..., 0]) / 0xFFFFFF * 1000
         tags = pixels(semantic)[..., 2]
         assert (tags == pixels(instance)[..., 2]).all()
-        assert metres[tags == 11].min() > 990.0
+        assert meters[tags == 11].min() > 990.0
         assert {1, 2, 11, 24} <= set(np.unique(tags).tolist())
-        assert metres[-1][tags[-1] == 1].max() < 30.0
+        assert meters[-1][tags[-1] == 1].max() < 30.0
     finally:
         end(found)
 

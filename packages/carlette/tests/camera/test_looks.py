@@ -27,14 +27,14 @@ def painted(world, color: str, x: float = 40.0):
 
 
 def changed(camera: Camera, act) -> np.ndarray:
-    """Where the picture changes by what `act` does: (height, width), largest difference of a colour."""
+    """Where the picture changes by what `act` does: (height, width), largest difference of a color."""
     before = camera.rgb()
     act()
     return np.abs(camera.rgb() - before).max(axis=2)
 
 
 @pytest.mark.parametrize(("color", "channel"), (("230,10,10", 0), ("10,200,10", 1), ("10,10,230", 2)))
-def test_a_car_has_the_colour_of_its_attribute(world, color, channel) -> None:
+def test_a_car_has_the_color_of_its_attribute(world, color, channel) -> None:
     car = painted(world, color)
     camera = Camera(world)
     shown = camera.rgb()[camera.ids() == car.id]
@@ -53,7 +53,7 @@ def test_a_car_has_the_colour_of_its_attribute(world, color, channel) -> None:
         (VehicleLights.RIGHT_BLINKER, "front", 1.0, (255, 158, 0)),
     ),
 )
-def test_a_lamp_is_lit_at_its_place_in_its_colour(world, flag, end, side, color) -> None:
+def test_a_lamp_is_lit_at_its_place_in_its_color(world, flag, end, side, color) -> None:
     car = add(world, CAR, x=38.0, yaw=0.0 if end == "rear" else 180.0)
     camera = Camera(world, size=(640, 360))
     frame = frame_of(CAR, car.box)

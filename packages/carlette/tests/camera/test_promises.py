@@ -93,11 +93,11 @@ def test_a_camera_inside_its_car_does_not_see_that(world) -> None:
         assert (seen == car.id).any() == is_seen
 
 
-@pytest.mark.parametrize("metres", (0.1, 3.7, 42.0, 999.0, 1000.0, 5000.0))
-def test_depth_can_be_decoded_as_carla_says(metres) -> None:
-    blue, green, red, alpha = encode_depth(np.full((1, 1), metres, np.float32))[0, 0].astype(int).tolist()
+@pytest.mark.parametrize("meters", (0.1, 3.7, 42.0, 999.0, 1000.0, 5000.0))
+def test_depth_can_be_decoded_as_carla_says(meters) -> None:
+    blue, green, red, alpha = encode_depth(np.full((1, 1), meters, np.float32))[0, 0].astype(int).tolist()
     assert alpha == 255
-    assert (red + 256 * green + 65536 * blue) / 0xFFFFFF * 1000 == pytest.approx(min(metres, 1000.0), abs=1e-3)
+    assert (red + 256 * green + 65536 * blue) / 0xFFFFFF * 1000 == pytest.approx(min(meters, 1000.0), abs=1e-3)
 
 
 @pytest.mark.integration

@@ -1,4 +1,4 @@
-"""The rasteriser alone: which pixels a quad covers, what hides what, and how colours mix."""
+"""The rasteriser alone: which pixels a quad covers, what hides what, and how colors mix."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def view(width=64, height=48) -> CameraView:
 
 
 def quads(corners, *shades) -> tuple:
-    """Quads (n, 4, 3) and the colours of their corners: one for all, one for each quad, or (n, 4)."""
+    """Quads (n, 4, 3) and the colors of their corners: one for all, one for each quad, or (n, 4)."""
     corners = np.ascontiguousarray(corners, np.float32)
     colors = np.broadcast_to(np.array(shades, np.uint32).reshape(len(shades), -1), (len(corners), 4))
     return corners, np.ascontiguousarray(colors).view(np.uint8).reshape(-1, 4, 4)
@@ -99,7 +99,7 @@ def test_raster_ground_under_camera_is_clipped_at_near_plane() -> None:
     assert (pixels[seen] == GRAY).all()
 
 
-def test_colours_change_across_a_quad_as_seen_in_perspective() -> None:
+def test_colors_change_across_a_quad_as_seen_in_perspective() -> None:
     """From 0 at 2 m to 200 at 22 m, along the ground: at 12 m it is 100, wherever that is in the picture."""
     strip = [(2.0, -9.0, -1.0), (22.0, -9.0, -1.0), (22.0, 9.0, -1.0), (2.0, 9.0, -1.0)]
     near, far = 0xFF000000, 0xFFC8C8C8

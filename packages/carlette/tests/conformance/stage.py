@@ -44,16 +44,16 @@ def settled(world: Any, transform: Any, type_id: str = CAR) -> Any:
     return actor
 
 
-def ahead(transform: Any, metres: float) -> Any:
+def ahead(transform: Any, meters: float) -> Any:
     """The transform moved along its own x axis."""
     way = transform.get_forward_vector()
-    place = carla.Location(way.x * metres, way.y * metres, way.z * metres)
+    place = carla.Location(way.x * meters, way.y * meters, way.z * meters)
     return carla.Transform(transform.location + place, transform.rotation)
 
 
-def above(transform: Any, metres: float) -> Any:
+def above(transform: Any, meters: float) -> Any:
     """The transform moved up."""
-    return carla.Transform(transform.location + carla.Location(z=metres), transform.rotation)
+    return carla.Transform(transform.location + carla.Location(z=meters), transform.rotation)
 
 
 def run(world: Any, ticks: int) -> None:

@@ -80,13 +80,13 @@ def test_attributes_have_the_types_that_scenarios_compare(library) -> None:
         assert item.get_attribute("number_of_wheels").as_int() >= 2
 
 
-def test_every_colour_list_has_a_colour_to_choose(library) -> None:
-    coloured = [item for item in library.filter("vehicle.*") if item.has_attribute("color")]
-    assert coloured
-    for item in coloured:
-        colours = item.get_attribute("color").recommended_values
-        assert colours
-        item.set_attribute("color", colours[0])
+def test_every_color_list_has_a_color_to_choose(library) -> None:
+    colored = [item for item in library.filter("vehicle.*") if item.has_attribute("color")]
+    assert colored
+    for item in colored:
+        colors = item.get_attribute("color").recommended_values
+        assert colors
+        item.set_attribute("color", colors[0])
         assert item.get_attribute("color").as_color()
 
 

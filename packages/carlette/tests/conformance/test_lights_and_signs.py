@@ -1,4 +1,4 @@
-"""Traffic lights and signs: where they are, what they govern, and who decides their colour."""
+"""Traffic lights and signs: where they are, what they govern, and who decides their color."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def light(lights):
 
 
 def stop_places(world, light):
-    """As evaluators find them: along the box's x axis, a metre apart, and each on a lane."""
+    """As evaluators find them: along the box's x axis, a meter apart, and each on a lane."""
     box, pose = light.trigger_volume, light.get_transform()
     place = -0.9 * box.extent.x
     found = []
@@ -39,10 +39,10 @@ def stop_places(world, light):
     return found
 
 
-def lanes_ahead(waypoint, metres: int = 25):
+def lanes_ahead(waypoint, meters: int = 25):
     """Road and lane of all that a waypoint leads to."""
     found, here = set(), [waypoint]
-    for _ in range(metres):
+    for _ in range(meters):
         found |= {(item.road_id, item.lane_id) for item in here}
         here = [after for item in here for after in item.next(1.0)]
     return found
@@ -99,7 +99,7 @@ def test_traffic_light_stop_waypoints_lie_before_junction(world, lights) -> None
         assert stops
         for stop in [*stops, *stop_places(world, light)]:
             assert stop.lane_type == carla.LaneType.Driving
-            assert any(after.is_junction for metres in (5.0, 10.0, 15.0) for after in stop.next(metres))
+            assert any(after.is_junction for meters in (5.0, 10.0, 15.0) for after in stop.next(meters))
 
 
 def test_every_stop_leads_to_a_lane_that_the_light_governs(world, lights) -> None:
@@ -141,7 +141,7 @@ def test_a_car_on_open_road_stands_at_no_light(world, lights, spots) -> None:
     assert car.get_traffic_light() is None
 
 
-# -- who decides their colour
+# -- who decides their color
 
 
 def test_traffic_light_group_cycles_through_all_colors(world, light) -> None:

@@ -85,5 +85,5 @@ def test_smooth_lines_arrive_where_and_how_they_should(x, y, yaw_deg, to_x, to_y
 def test_a_lane_shift_is_smooth(ahead_m, left_m):
     segments = lead(Pose2D(0, 0, 0), Pose2D(ahead_m, left_m, 0))
     reached = end_of(Pose2D(0, 0, 0), segments)
-    # A shift of some thousandths of a millimetre is driven straight, the more the longer the way.
+    # A shift of some thousandths of a millimeter is driven straight, the more the longer the way.
     assert (reached.x, reached.y, reached.yaw_rad) == pytest.approx((ahead_m, left_m, 0), abs=2e-7 * ahead_m)

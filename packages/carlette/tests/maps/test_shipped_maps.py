@@ -88,11 +88,11 @@ def test_lanes_meet_without_dead_ends_gaps_or_kinks(name):
 def test_broken_lines_permit_lane_changes_and_others_forbid_them(name):
     changes = Counter()
     for waypoint in town(name).map.generate_waypoints(20.0):
-        for flag, marking, neighbour in (
+        for flag, marking, neighbor in (
             (carla.LaneChange.Left, waypoint.left_lane_marking, waypoint.get_left_lane()),
             (carla.LaneChange.Right, waypoint.right_lane_marking, waypoint.get_right_lane()),
         ):
-            same_way = neighbour is not None and neighbour.lane_id * waypoint.lane_id > 0
+            same_way = neighbor is not None and neighbor.lane_id * waypoint.lane_id > 0
             permitted = bool(waypoint.lane_change & flag)
             assert permitted == (same_way and marking is not None and marking.type == BROKEN)
             changes[permitted] += 1

@@ -41,10 +41,10 @@ def test_places_are_those_of_the_client_librarys_map(x: float, y: float, latitud
     found = geo_point(origin, Vector(x, y, 3.0))
     assert found.altitude_m == 3.0
     # Near the origin, a degree of latitude is the same everywhere and one of longitude shrinks with the cosine.
-    metre = math.degrees(1.0 / 6378137.0)
-    assert found.latitude - latitude == pytest.approx(-y * metre, rel=0.01, abs=1e-9)
+    meter = math.degrees(1.0 / 6378137.0)
+    assert found.latitude - latitude == pytest.approx(-y * meter, rel=0.01, abs=1e-9)
     assert found.longitude - longitude == pytest.approx(
-        x * metre / math.cos(math.radians(latitude)), rel=1e-6, abs=1e-9
+        x * meter / math.cos(math.radians(latitude)), rel=1e-6, abs=1e-9
     )
 
 

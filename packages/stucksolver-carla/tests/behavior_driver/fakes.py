@@ -61,7 +61,7 @@ class FakeActor:
 
 @dataclass
 class FakeCar(FakeActor):
-    """The ego: a bicycle whose origin is the body's centre, with a lag in the steering."""
+    """The ego: a bicycle whose origin is the body's center, with a lag in the steering."""
 
     throttle: float = 0.0
     brake: float = 0.0

@@ -10,7 +10,7 @@ import carla
 LENGTH_M = 400.0
 LANE_M = 3.5
 LANE_Y = {-1: LANE_M / 2.0, -2: 1.5 * LANE_M, 1: -LANE_M / 2.0}
-"""y of each lane's centre in CARLA's frame, where y grows to the right of the road."""
+"""y of each lane's center in CARLA's frame, where y grows to the right of the road."""
 
 _LANE = """<lane id="{id}" type="driving" level="false"><link/>
 <width sOffset="0" a="3.5" b="0" c="0" d="0"/>

@@ -52,7 +52,7 @@ def simulator(map_file: Path) -> Iterator[Any]:
 
 
 class Stage:
-    """Actors placed along one lane, by metres from its start and metres to the right of its centre."""
+    """Actors placed along one lane, by meters from its start and meters to the right of its center."""
 
     def __init__(self, world: Any, road: int, lane: int) -> None:
         self.world = world
@@ -100,7 +100,7 @@ class Stage:
         return drive(self.world, car, driver, seconds, until)
 
     def shifted(self, car: Any, right: float, over: float, length: float, speed: float) -> list[DrivePoint]:
-        """A path from the car along the lane that shifts `right` metres within `over` metres of travel."""
+        """A path from the car along the lane that shifts `right` meters within `over` meters of travel."""
         begin = car.get_location()
         start = min(range(len(self.lane)), key=lambda i: self.lane[i].transform.location.distance(begin))
         points = []

@@ -65,7 +65,7 @@ def way(joins=False, goes_first=True, lights=()):
 
 
 def comers(*places):
-    """(metres before the meeting, m/s) of cars on the other way."""
+    """(meters before the meeting, m/s) of cars on the other way."""
     away, speed = np.array(places, dtype=float).reshape(-1, 2).T
     zeros = np.zeros(len(away))
     return NearbyObjects(

@@ -55,7 +55,7 @@ class Endless(tuple):
 
 
 class Blind(KeepLane):
-    """A behaviour that would be checked for nothing."""
+    """A behavior that would be checked for nothing."""
 
     checks = ()
 

@@ -30,7 +30,7 @@ class RoadOption(enum.Enum):
 
 
 def plan_along(world, start_m, end_m):
-    """The left lane, a waypoint each metre."""
+    """The left lane, a waypoint each meter."""
     points = [carla.Location(float(x), LEFT, 0.0) for x in range(start_m, end_m)]
     return [(world.map.get_waypoint(point), RoadOption.LANEFOLLOW) for point in points]
 

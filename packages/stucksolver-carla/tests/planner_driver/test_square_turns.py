@@ -35,7 +35,7 @@ def anywhere(x, y, z):
 
 
 def wide_turn():
-    """Sixty metres ahead, a wide arc to the left, and on; CARLA's frame, in which left is towards smaller y."""
+    """Sixty meters ahead, a wide arc to the left, and on; CARLA's frame, in which left is towards smaller y."""
     angle = np.linspace(0.0, np.pi / 2.0, 40)[1:-1]
     x = np.concatenate([np.arange(0.0, 60.5), 60.0 + WIDE_M * np.sin(angle), np.full(60, 60.0 + WIDE_M)])
     y = np.concatenate([np.zeros(61), WIDE_M * (np.cos(angle) - 1.0), -WIDE_M - np.arange(60.0)])
@@ -71,7 +71,7 @@ SQUARE = square_line()
 
 
 def cars(*places):
-    """Cars that come at 9 m/s along the oncoming lane, with their centres at these x."""
+    """Cars that come at 9 m/s along the oncoming lane, with their centers at these x."""
     n = len(places)
     one = np.ones(n)
     return NearbyObjects(

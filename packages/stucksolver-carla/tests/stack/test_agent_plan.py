@@ -30,10 +30,10 @@ if not agents_folders():
 
 
 def leaderboard_plan(stage, agent, start=START, end=END):
-    """Waypoints a metre apart and the agents' own road options, as the evaluator hands them over."""
+    """Waypoints a meter apart and the agents' own road options, as the evaluator hands them over."""
     road, lane, first = start
     follow = type(agent.get_local_planner().target_road_option).LANEFOLLOW
-    spots = [first + metre for metre in range(int(end[2] - first) + 1)]
+    spots = [first + meter for meter in range(int(end[2] - first) + 1)]
     return [(stage.map.get_waypoint_xodr(road, lane, s), follow) for s in spots]
 
 

@@ -81,7 +81,7 @@ def test_directive_expired_past_commit_point_finishes_path(stage):
 
 
 def offset_m(stage, car):
-    """From the middle of the street's lane (metres, left positive)."""
+    """From the middle of the street's lane (meters, left positive)."""
     here = car.get_location()
     middle = stage.map.get_waypoint_xodr(11, -1, 60.0).transform
     right = middle.get_right_vector()

@@ -121,7 +121,7 @@ def test_road_lanes_match_map_in_bends(name):
         curved = np.abs(np.gradient(frame.headings)) > 0.01
         for lane in frame.lanes:
             inside = slice(1, len(lane.s) - 1)
-            x, y, heading = frame.to_local(lane.s[inside], lane.centre[inside])
+            x, y, heading = frame.to_local(lane.s[inside], lane.center[inside])
             for i in range(0, len(x), 3):
                 height = road.stations[int(lane.s[i] / 2)].waypoint.transform.location.z
                 distance, turn = _off_the_map(town_map, lane.strip, x[i], y[i], heading[i], height)
@@ -133,7 +133,7 @@ def test_road_lanes_match_map_in_bends(name):
 
 
 def _off_the_map(town_map, strip, x: float, y: float, heading: float, z: float = 0.0) -> tuple[float, float]:
-    """(offset from the centre of the map's lane of the strip's kind, difference in heading); inf, 0 far from any."""
+    """(offset from the center of the map's lane of the strip's kind, difference in heading); inf, 0 far from any."""
     place = carla.Location(*to_world(float(x), float(y)), z)
     found = []
     for kind in TYPES[strip.kind]:
@@ -153,7 +153,7 @@ def test_road_lanes_match_map_in_ring_corner():
     town_map, frame = town("demo_town"), RoadFrame(demo_road(*RING_CORNER).slice(260.0, None))
     assert float(np.ptp(frame.headings)) > math.radians(60)
     for lane in frame.lanes:
-        x, y, heading = frame.to_local(lane.s, lane.centre)
+        x, y, heading = frame.to_local(lane.s, lane.center)
         for i in range(len(x)):
             distance, turn = _off_the_map(town_map, lane.strip, x[i], y[i], heading[i])
             assert distance < 0.1 and abs(turn) < 0.15

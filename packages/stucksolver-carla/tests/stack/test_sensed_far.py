@@ -74,7 +74,7 @@ def far(
 
 
 def told(track: FarTrack) -> tuple[float, float, float, float]:
-    """Metres ahead and offset of the track that is made of it, and its velocity along and across the road."""
+    """Meters ahead and offset of the track that is made of it, and its velocity along and across the road."""
     made = to_reported_track(track, MAP, 0.0)
     assert made is not None
     s, d, heading = (float(item[0]) for item in FRAME.to_road(np.array([[made.x_m, made.y_m]])))

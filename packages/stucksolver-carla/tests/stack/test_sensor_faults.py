@@ -185,11 +185,11 @@ def test_a_turned_camera_sees_everything_two_degrees_to_the_left():
 
 def test_mud_darkens_one_place_that_grows_clear_towards_its_rim():
     bright = replace(measured(1.0), picture=CameraFrame(1.0, np.full((240, 320, 3), 220, np.uint8)))
-    grey = SensorFault("camera-muddy").after(bright, 1.0).picture.rgb[:, :, 0].astype(int)
-    dark = np.argwhere(grey == MUD_BRIGHTNESS)
+    gray = SensorFault("camera-muddy").after(bright, 1.0).picture.rgb[:, :, 0].astype(int)
+    dark = np.argwhere(gray == MUD_BRIGHTNESS)
     assert dark.mean(axis=0) == pytest.approx([SMEAR_AT[1] * 320.0, SMEAR_AT[0] * 320.0], abs=1.0)
-    assert 0.03 < (grey == MUD_BRIGHTNESS).mean() < (grey < 220).mean() < 0.15
-    assert np.abs(np.diff(grey, axis=1)).max() < 40
+    assert 0.03 < (gray == MUD_BRIGHTNESS).mean() < (gray < 220).mean() < 0.15
+    assert np.abs(np.diff(gray, axis=1)).max() < 40
 
 
 def test_fixes_jump_about_the_truth_and_keep_their_height():

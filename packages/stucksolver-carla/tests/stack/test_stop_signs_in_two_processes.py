@@ -31,11 +31,11 @@ def over_the_wire(message):
     return json.loads(json.dumps(message, allow_nan=False))
 
 
-def before(stage, sign, metres=30.0):
-    """The lane some metres before a sign's box and some beyond it."""
+def before(stage, sign, meters=30.0):
+    """The lane some meters before a sign's box and some beyond it."""
     box = sign.trigger_volume
     lane = stage.map.get_waypoint(sign.get_transform().transform(box.location))
-    return lane.previous(metres)[0], lane.next(metres)[0]
+    return lane.previous(meters)[0], lane.next(meters)[0]
 
 
 @pytest.mark.release

@@ -43,8 +43,8 @@ KINDS = {
 HAZARD = carla.VehicleLightState(carla.VehicleLightState.LeftBlinker | carla.VehicleLightState.RightBlinker)
 
 
-def look(stage, tracker: Tracker, centre) -> dict[str, object]:
-    return {o.id: o for o in tracker.update(footprint(centre), stage.now_s)}
+def look(stage, tracker: Tracker, center) -> dict[str, object]:
+    return {o.id: o for o in tracker.update(footprint(center), stage.now_s)}
 
 
 def test_every_actor_is_what_its_blueprint_says(stage):
@@ -86,8 +86,8 @@ def test_objects_are_in_the_right_handed_local_frame(stage):
     stage.ticks(20)
     seen = look(stage, Tracker(stage.world, ego.id), ego)[str(other.id)]
     box, transform = other.bounding_box, other.get_transform()
-    centre = transform.transform(carla.Location(box.location))
-    assert (seen.x_m, seen.y_m) == pytest.approx((centre.x, -centre.y), abs=0.02)
+    center = transform.transform(carla.Location(box.location))
+    assert (seen.x_m, seen.y_m) == pytest.approx((center.x, -center.y), abs=0.02)
     assert math.remainder(seen.yaw_rad + math.radians(transform.rotation.yaw), math.tau) == pytest.approx(0, abs=1e-3)
     velocity = other.get_velocity()
     assert (seen.vx_mps, seen.vy_mps) == pytest.approx((velocity.x, -velocity.y), abs=1e-3)

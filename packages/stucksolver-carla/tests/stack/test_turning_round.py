@@ -6,7 +6,7 @@ import pytest
 
 carla = pytest.importorskip("carla")
 
-from test_behaviours_on_the_simulator import watch_collisions  # noqa: E402
+from test_behaviors_on_the_simulator import watch_collisions  # noqa: E402
 from townstage import TICK_S, Stage  # noqa: E402
 
 from carlette.maps.build import map_xml  # noqa: E402

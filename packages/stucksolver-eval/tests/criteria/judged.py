@@ -12,7 +12,7 @@ DT_S = 0.05
 
 
 class StraightLine:
-    """What `RouteWalk` reads of a line: points a metre apart along x."""
+    """What `RouteWalk` reads of a line: points a meter apart along x."""
 
     def __init__(self, length_m: int) -> None:
         self.s_m = np.arange(length_m + 1, dtype=np.float64)

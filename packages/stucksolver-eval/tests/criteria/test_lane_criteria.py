@@ -45,7 +45,7 @@ def line() -> RouteLine:
 
 
 def driven(aside_m: float, suspended: frozenset[str] = frozenset(), back_at: int = LENGTH) -> OutsideLanes:
-    """Along the street, `aside_m` to the left of the lane's centre from its tenth metre on."""
+    """Along the street, `aside_m` to the left of the lane's center from its tenth meter on."""
     walk, points = RouteWalk(line()), line().waypoints
     criterion = OutsideLanes(town(), walk, points[0].transform.location)
     for k, waypoint in enumerate(points):

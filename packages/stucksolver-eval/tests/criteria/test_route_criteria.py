@@ -85,7 +85,7 @@ def test_min_speed_is_checked_at_twentieths_and_last_listed_twice() -> None:
         criterion.update(moment(k * 0.05, k * 0.5, speed_mps=10.0, background_mps=(4.0, 12.0)))
     criterion.finish()
     texts = [i.text for i in criterion.infractions]
-    # A checkpoint is noted when more than 10 m were driven since the last: every 11 m on points a metre apart.
+    # A checkpoint is noted when more than 10 m were driven since the last: every 11 m on points a meter apart.
     assert len(texts) == 200 // 11 + 2
     assert texts[-1] == texts[-2]
     assert all("125.0%" in text for text in texts)

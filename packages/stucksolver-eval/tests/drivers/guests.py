@@ -24,13 +24,13 @@ class ForLeaderboard:
         self.file = path_to_conf_file
 
     def sensors(self):
-        centre = {"x": 0.0, "y": 0.0, "z": 2.0, "roll": 0.0, "pitch": 0.0, "yaw": 0.0}
-        camera = {"type": "sensor.camera.rgb", "id": "front", "width": 80, "height": 60, "fov": 90, **centre}
+        center = {"x": 0.0, "y": 0.0, "z": 2.0, "roll": 0.0, "pitch": 0.0, "yaw": 0.0}
+        camera = {"type": "sensor.camera.rgb", "id": "front", "width": 80, "height": 60, "fov": 90, **center}
         return [
             camera,
-            {"type": "sensor.lidar.ray_cast", "id": "lidar", **centre},
-            {"type": "sensor.other.imu", "id": "imu", "sensor_tick": 0.05, **centre},
-            {"type": "sensor.other.gnss", "id": "gnss", "sensor_tick": 0.01, **centre},
+            {"type": "sensor.lidar.ray_cast", "id": "lidar", **center},
+            {"type": "sensor.other.imu", "id": "imu", "sensor_tick": 0.05, **center},
+            {"type": "sensor.other.gnss", "id": "gnss", "sensor_tick": 0.01, **center},
             {"type": "sensor.speedometer", "id": "speed", "reading_frequency": 20},
             {"type": "sensor.opendrive_map", "id": "map", "reading_frequency": 1},
         ]
@@ -43,15 +43,15 @@ class ForLeaderboard:
         self.steps += 1
         lat, lon, _ = input_data["gnss"][1]
         compass, speed = input_data["imu"][1][6], input_data["speed"][1]["speed"]
-        # Metres north and east of here, on the sphere that CARLA maps flat.
-        metres = [(math.radians(a - lat) * 6378137.0, math.radians(b - lon) * 6378137.0) for a, b in self.gps]
-        near = range(self.at, min(self.at + 30, len(metres)))
-        self.at = min(near, key=lambda k: math.hypot(*metres[k]))
-        north, east = metres[min(self.at + AHEAD, len(metres) - 1)]
+        # Meters north and east of here, on the sphere that CARLA maps flat.
+        meters = [(math.radians(a - lat) * 6378137.0, math.radians(b - lon) * 6378137.0) for a, b in self.gps]
+        near = range(self.at, min(self.at + 30, len(meters)))
+        self.at = min(near, key=lambda k: math.hypot(*meters[k]))
+        north, east = meters[min(self.at + AHEAD, len(meters) - 1)]
         turned = math.remainder(math.atan2(east, north) - compass, math.tau)
         if self.steps == ENDS:
             told = json.loads(Path(self.file).read_text(encoding="utf-8"))
-            told |= {"at": self.at, "aside": metres[self.at]}
+            told |= {"at": self.at, "aside": meters[self.at]}
             Path(self.file).write_text(json.dumps(told), encoding="utf-8")
             raise RuntimeError("that is enough")
         if self.steps == 20:

@@ -237,7 +237,7 @@ def test_leaderboard_agent_gets_requested_sensors_and_route(tmp_path):
     assert given["frames"] == 1 and given["time_s"] == pytest.approx(1.0) and given["speed"] > 0.1
     assert given["picture"] > 5.0 and "OpenDRIVE" in given["map"] and "LANEFOLLOW" in given["turns"]
     # It steered by GNSS and compass alone, from a parking lane to the middle of its own.
-    # (The fixes have the noise that the leaderboard gives them, half a metre each way.)
+    # (The fixes have the noise that the leaderboard gives them, half a meter each way.)
     assert np.hypot(*given["aside"]) < 1.5 and given["at"] > 10
 
 

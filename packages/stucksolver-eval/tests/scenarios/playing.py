@@ -106,7 +106,7 @@ class Playing:
         ]
 
     def along(self, member: ScenarioActor) -> tuple[float, float]:
-        """(arc length on the route, metres right of it) of an actor."""
+        """(arc length on the route, meters right of it) of an actor."""
         state = self.cast.state(member)
         gaps = (self.route.xyz[:, 0] - state.x) ** 2 + (self.route.xyz[:, 1] - state.y) ** 2
         index = int(np.argmin(gaps))

@@ -13,7 +13,7 @@ from stucksolver_eval.scenarios.types.bench2drive import parking_crossing_pedest
 pytestmark = pytest.mark.integration
 
 WALKERS = {
-    # type: (metres before where it goes at the latest, m/s)
+    # type: (meters before where it goes at the latest, m/s)
     "DynamicObjectCrossing": (6.0, (1.9, 2.1)),
     "ParkingCrossingPedestrian": (6.0, (1.9, 2.1)),
     "PedestrianCrossing": (12.0, (1.3, 2.0)),

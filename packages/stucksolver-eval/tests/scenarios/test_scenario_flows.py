@@ -91,7 +91,7 @@ def test_cars_of_a_flow_keep_the_spacing_asked_for(play, kind):
     nearest = [
         min(item.state.distance_m(other.state.x, other.state.y) for other in cars if other is not item) for item in cars
     ]
-    # Measured straight; a place in the line is two metres long, and a bend shortens the way.
+    # Measured straight; a place in the line is two meters long, and a bend shortens the way.
     assert min(gaps) > 0.75 * FROM_M
     assert sorted(nearest)[len(nearest) // 2] < TO_M + 3.0
 

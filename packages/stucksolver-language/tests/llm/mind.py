@@ -58,7 +58,7 @@ def read(text: str) -> Read:
 
 
 def answer(text: str, behaviors: list[str]) -> dict[str, Any]:
-    """The arguments of `decide` for a scene's text, with the behaviours that the schema offers."""
+    """The arguments of `decide` for a scene's text, with the behaviors that the schema offers."""
     seen = read(text)
     wait = _wait(seen)
     plan = None if wait else _plan(seen, behaviors)

@@ -104,7 +104,7 @@ wild = st.fixed_dictionaries(
 
 @st.composite
 def sound(draw):
-    """A behaviour that fits its schema, with any parameters within their bounds."""
+    """A behavior that fits its schema, with any parameters within their bounds."""
     definitions = decide_tool(SCENE).parameters["$defs"]
     one = definitions[draw(st.sampled_from(behaviors_of({"$defs": definitions})))]
     return {key: draw(_value(schema)) for key, schema in one["properties"].items()}
@@ -146,7 +146,7 @@ def held_to_its_promises(text: str) -> None:
         return
     assert {b.name for b in decision.plan.behaviors} <= set(OFFERED)
     for behavior in decision.plan.behaviors:
-        # Strictly as the behaviour's own type has it, bounds included.
+        # Strictly as the behavior's own type has it, bounds included.
         assert type(behavior).model_validate_json(behavior.model_dump_json(), strict=True) == behavior
     execution = Execution(decision.plan, Guard(), guided=False)
     if execution.start(VIEW, 0.0).accepted:
@@ -191,13 +191,13 @@ def within_schema(draw: Random, schema):
 
 
 def sound_behavior(draw: Random):
-    """A behaviour that fits its schema."""
+    """A behavior that fits its schema."""
     properties = DEFINITIONS[draw.choice(behaviors_of({"$defs": DEFINITIONS}))]["properties"]
     return {key: within_schema(draw, schema) for key, schema in properties.items()}
 
 
 def wild_behavior(draw: Random):
-    """A behaviour's name, or one that there is not, with any fields."""
+    """A behavior's name, or one that there is not, with any fields."""
     fields = {key: any_value(draw) for key in draw.sample(NAMES, draw.randint(0, 6))}
     return {**fields, "name": draw.choice([*OFFERED, "fly"])}
 

@@ -169,7 +169,7 @@ def test_encoding_tables_are_bounded_and_match_model_card(one):
     assert named.max(initial=0) <= MOST["objects"]
 
 
-def test_every_behaviour_of_the_registry_is_in_the_vocabulary():
+def test_every_behavior_of_the_registry_is_in_the_vocabulary():
     words = vocabulary()
     assert words.behaviors == tuple(REGISTRY)
     assert {"speed_mps", "distance_m"} <= set(words.numbers)
@@ -377,7 +377,7 @@ def test_weights_of_another_version_are_named_with_the_remedy(tmp_path, change, 
         make_reasoner(f"distilled:{tmp_path}")
 
 
-def test_the_shipped_weights_know_every_behaviour():
+def test_the_shipped_weights_know_every_behavior():
     known = read_card(DATA).vocabulary.behaviors
     assert set(known) == set(REGISTRY), "a behaviour is new: collect and train again"
 

@@ -129,7 +129,7 @@ def test_model_server_lacking_feature_steps_down_dialect_once(server, lacks, dia
     assert len(server.requests) == before + 1
 
 
-# ---- misbehaviour
+# ---- misbehavior
 
 
 def test_prose_around_the_answer_is_overlooked(server):

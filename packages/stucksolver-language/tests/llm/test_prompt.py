@@ -173,7 +173,7 @@ def test_an_empty_scene_still_has_a_schema():
 
 
 @pytest.mark.parametrize("name", REGISTRY)
-def test_every_behaviour_is_told_by_its_own_summary(name):
+def test_every_behavior_is_told_by_its_own_summary(name):
     full = scene(6, waypoints=(CandidateWaypoint(id="w1", lane_id="left", x_m=1, y_m=0, distance_m=1),))
     if name in system_text(full):
         assert REGISTRY[name].summary in system_text(full)

@@ -33,7 +33,7 @@ def scenery():
 
 
 def picture() -> bytes:
-    """A grey one."""
+    """A gray one."""
     from PIL import Image
 
     file = io.BytesIO()

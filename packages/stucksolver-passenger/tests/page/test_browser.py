@@ -105,7 +105,7 @@ def test_what_cannot_be_done_is_refused_with_a_reason(ride, look):
     expect(page.locator("#lines")).to_contain_text("I can't: it would not be safe at the moment.")
 
 
-def test_stop_ends_the_manoeuvre_under_way(ride, look):
+def test_stop_ends_the_maneuver_under_way(ride, look):
     driven, token = ride(parked(x=50.0, cruise_mps=0.0))
     page = look(token)
     asked(page)

@@ -52,7 +52,7 @@ def test_sentence_tables_match_codes_exactly(name):
     assert set(table) == set(codes)
 
 
-def test_every_behaviour_and_every_rule_has_its_words():
+def test_every_behavior_and_every_rule_has_its_words():
     assert all(behavior.phrase.future and behavior.phrase.present for behavior in REGISTRY.values())
     assert set(NEEDS) == set(RULES)
     assert needed(tuple(REGISTRY)) == ("I would use the lane of the oncoming traffic.",)

@@ -127,7 +127,7 @@ def test_a_few_measurements_are_not_enough() -> None:
     assert driven(2.0, places=AGREEING - 1)[0].turned_rad is None
 
 
-@pytest.mark.parametrize("kind", ["noise", "grey"])
+@pytest.mark.parametrize("kind", ["noise", "gray"])
 def test_a_picture_that_shows_nothing_says_nothing(kind: str) -> None:
     random = np.random.default_rng(0)
     alignment = CameraAlignment(RIG)

@@ -63,7 +63,7 @@ def test_cut_crops_large_crop_averages_pixels() -> None:
     assert np.abs(crop[2:-2, 2:-2].astype(int) - 100).max() < 30
 
 
-def test_outside_the_picture_there_is_grey() -> None:
+def test_outside_the_picture_there_is_gray() -> None:
     rgb = np.zeros((900, 1600, 3), np.uint8)
     crop = cut_crops(rgb, np.array([[1600.0, 900.0]]), np.array([200.0]))[0]
     assert (crop[: CROP_PX // 2, : CROP_PX // 2] == 0).all()

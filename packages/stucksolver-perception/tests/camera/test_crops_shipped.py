@@ -27,9 +27,9 @@ def test_it_is_small() -> None:
     assert (DATA / "crops.onnx").stat().st_size < 3_000_000
 
 
-@pytest.mark.parametrize("grey", [0, 90, 255])
-def test_nothing_is_said_of_a_picture_without_anything(network: CropNetwork, grey: int) -> None:
-    frame = CameraFrame(0.0, np.full((900, 1600, 3), grey, np.uint8))
+@pytest.mark.parametrize("gray", [0, 90, 255])
+def test_nothing_is_said_of_a_picture_without_anything(network: CropNetwork, gray: int) -> None:
+    frame = CameraFrame(0.0, np.full((900, 1600, 3), gray, np.uint8))
     boxes = np.array([[20.0, 0, 0.8, 4.5, 1.9, 1.6, 0], [12.0, 2, 0.2, 0.4, 0.4, 0.4, 0], [-9.0, 0, 1, 4, 2, 2, 0]])
     for item in AttributeReader(network=network).read(frame, CAMERA, boxes):
         assert item.kind is None

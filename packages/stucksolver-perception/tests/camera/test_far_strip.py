@@ -56,10 +56,10 @@ def test_look_of_empty_plain_is_not_fog() -> None:
     assert look_of(fog)[1] <= 1.0
 
 
-@pytest.mark.parametrize("grey", range(0, 256, 15))
+@pytest.mark.parametrize("gray", range(0, 256, 15))
 @pytest.mark.parametrize("width", [1, 64, 1280])
-def test_look_of_grey_band_is_exact_on_every_processor(grey: int, width: int) -> None:
-    """Measure steps of whole grey levels without any rounding: at an edge between two classes it would decide."""
-    strip = np.full((STRIP_ROWS, width, 3), grey, np.uint8)
-    strip[STRIP_ROWS // 2 :] = 255 - grey
-    assert look_of(strip).tolist() == [127.5, abs(255 - 2 * grey)]
+def test_look_of_gray_band_is_exact_on_every_processor(gray: int, width: int) -> None:
+    """Measure steps of whole gray levels without any rounding: at an edge between two classes it would decide."""
+    strip = np.full((STRIP_ROWS, width, 3), gray, np.uint8)
+    strip[STRIP_ROWS // 2 :] = 255 - gray
+    assert look_of(strip).tolist() == [127.5, abs(255 - 2 * gray)]

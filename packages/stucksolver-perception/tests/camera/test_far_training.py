@@ -72,7 +72,7 @@ def test_what_the_outputs_say_is_decoded_to_the_same_box() -> None:
 
 
 def strips(n: int = 6) -> Strips:
-    """Grey pictures with a white car in each, at other places, in two drives."""
+    """Gray pictures with a white car in each, at other places, in two drives."""
     random = np.random.default_rng(5)
     rgb = np.full((n, STRIP_ROWS + 2 * MARGIN_ROWS, CAMERA.width_px, 3), 90, np.uint8)
     top, boxes = 450 - STRIP_ROWS // 2 - MARGIN_ROWS, []

@@ -45,13 +45,13 @@ def scene(pose, rig=AHEAD, light=1.0):
     skyline = HOUSES[(2.0 * bearing).astype(int) % 720] / AHEAD.height_px * (rig.height_px / 225.0)
     sky = 170.0 + 60.0 * up + 50.0 * (np.sin(np.radians(7.0 * bearing)) + np.sin(40.0 * up) > 1.4)
     sky = np.where(up < skyline, 60.0 + 1.5 * HOUSES[(2.0 * bearing).astype(int) % 720], sky)
-    grey = np.clip(light * np.where(up < 0.0, road, sky), 0.0, 255.0).astype(np.uint8)
-    return np.repeat(grey[:, :, None], 3, axis=2)
+    gray = np.clip(light * np.where(up < 0.0, road, sky), 0.0, 255.0).astype(np.uint8)
+    return np.repeat(gray[:, :, None], 3, axis=2)
 
 
-def straight(metres, start_m=0.0):
+def straight(meters, start_m=0.0):
     """Poses on the way."""
-    return [pose_at(x) for x in np.arange(start_m, start_m + metres, LOOKS_APART_M)]
+    return [pose_at(x) for x in np.arange(start_m, start_m + meters, LOOKS_APART_M)]
 
 
 def turning(degrees, each=120.0):
@@ -86,18 +86,18 @@ def disc(row, column, radius_px, rig=AHEAD, soft_px=2.0):
     return np.clip((radius_px - np.hypot(y - row, x - column)) / soft_px + 0.5, 0.0, 1.0)
 
 
-def behind(rgb, opaque, grey):
+def behind(rgb, opaque, gray):
     """The image through a lens with dirt of a brightness."""
-    return (rgb * (1.0 - opaque[:, :, None]) + grey * opaque[:, :, None]).astype(np.uint8)
+    return (rgb * (1.0 - opaque[:, :, None]) + gray * opaque[:, :, None]).astype(np.uint8)
 
 
-def drive(monitor, poses, opaque=None, grey=200, rig=AHEAD, light=1.0, own=None):
+def drive(monitor, poses, opaque=None, gray=200, rig=AHEAD, light=1.0, own=None):
     """Drive, and return after how many images there was dirt for the first time."""
     first = None
     for k, pose in enumerate(poses):
         rgb = scene(pose, rig, light)
         rgb = rgb if own is None else own(rgb)
-        monitor.watch(rgb if opaque is None else behind(rgb, opaque, grey), pose)
+        monitor.watch(rgb if opaque is None else behind(rgb, opaque, gray), pose)
         if first is None and monitor.dirt is not None:
             first = k
     return first
@@ -165,11 +165,11 @@ def test_a_bonnet_across_the_image_is_no_dirt():
 
 
 @pytest.mark.parametrize("soft", [False, True], ids=["sharp", "soft"])
-@pytest.mark.parametrize("grey", [200, 20], ids=["salt", "mud"])
+@pytest.mark.parametrize("gray", [200, 20], ids=["salt", "mud"])
 @pytest.mark.parametrize(("size_px", "share"), [(6, 0.05), (12, 0.05), (24, 0.05), (40, 0.1)])
-def test_grains_all_over_the_lens_are_noticed_within_40_m(size_px, share, grey, soft):
+def test_grains_all_over_the_lens_are_noticed_within_40_m(size_px, share, gray, soft):
     monitor = LensMonitor(AHEAD)
-    first = drive(monitor, straight(40.0), grains(size_px, share, soft), grey)
+    first = drive(monitor, straight(40.0), grains(size_px, share, soft), gray)
     assert first is not None
     assert first >= 10, "a few looks are not enough"
     assert monitor.dirt.is_too_much
@@ -195,9 +195,9 @@ def test_the_shipped_cameras_images_are_watched_as_well():
 def test_lens_smear_in_one_place_is_detected_after_turns():
     """A smear in one place is detected when the vehicle has turned."""
     monitor, opaque = LensMonitor(AHEAD), disc(120, 250, 30, soft_px=10.0)
-    assert drive(monitor, straight(200.0), opaque, grey=30) is None
-    assert drive(monitor, turning(80.0, 80.0), opaque, grey=30) is None, "one turn may be a roundabout"
-    assert drive(monitor, turning(240.0), opaque, grey=30) is not None
+    assert drive(monitor, straight(200.0), opaque, gray=30) is None
+    assert drive(monitor, turning(80.0, 80.0), opaque, gray=30) is None, "one turn may be a roundabout"
+    assert drive(monitor, turning(240.0), opaque, gray=30) is not None
     assert 0.5 * opaque.mean() < monitor.dirt.share < 2.0 * opaque.mean()
     assert monitor.dirt.is_too_much
 
@@ -206,7 +206,7 @@ def test_lens_smear_in_one_place_is_detected_after_turns():
 def test_lens_spot_masks_only_crops_that_it_touches():
     """A spot is located, and only crops that it touches are not read."""
     monitor, opaque = LensMonitor(AHEAD), disc(60, 100, 8)
-    drive(monitor, turning(240.0), opaque, grey=20)
+    drive(monitor, turning(240.0), opaque, gray=20)
     frame = CameraFrame(1.0, behind(scene(pose_at()), opaque, 20))
     seen, why = monitor.checked(frame, None, "camera")
     assert seen.rgb is frame.rgb
@@ -243,7 +243,7 @@ def test_lens_cleaned_is_trusted_again_after_40_m():
 def test_lens_wiped_smear_is_dropped_in_next_turns():
     """A smear that was wiped away is dropped in the next turns."""
     monitor = LensMonitor(AHEAD)
-    drive(monitor, turning(240.0), disc(120, 250, 30), grey=30)
+    drive(monitor, turning(240.0), disc(120, 250, 30), gray=30)
     assert monitor.dirt is not None
     drive(monitor, turning(240.0))
     assert monitor.dirt is None

@@ -79,11 +79,11 @@ class Drive:
     noticed_m: float | None = None
     """The distance driven when it was noticed."""
 
-    def go(self, metres: float = 120.0, most_s: float = 60.0) -> Drive:
+    def go(self, meters: float = 120.0, most_s: float = 60.0) -> Drive:
         """Drive until it is noticed, or to the end."""
         random = np.random.default_rng(self.seed)
         x = y = yaw = driven = t = 0.0
-        while driven < metres and t < most_s and self.noticed_m is None:
+        while driven < meters and t < most_s and self.noticed_m is None:
             t += TICK_S
             speed, rate = self.speed_mps(t), self.rate_rps(t)
             slip = -self.slip_per_mps2 * speed * rate

@@ -63,7 +63,7 @@ def test_settling_changes_what_is_kept_but_not_what_is_computed(net: PillarNet) 
         before = net.maps(x, 2)
         settle(settled, lambda: settled.maps(x, 2))
         after = settled.eval().maps(x, 2)
-        # In training, each normalisation uses the statistics of the batch itself.
+        # In training, each normalization uses the statistics of the batch itself.
         training = settled.train().maps(x, 2)
         plain = restore(SHIPPED).train().maps(x, 2)
     for expected, got in zip(before, after, strict=True):

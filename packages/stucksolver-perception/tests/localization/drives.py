@@ -27,12 +27,12 @@ def town(t, speed):
 
 
 def drive(seed, profile, seconds, *, fix=lambda t: True, spoilt=lambda t: 0.0, gyro=0.0, slope=0.0, compass=True):
-    """Yield time, truth (x, y, yaw, speed), and the localiser, at 20 Hz.
+    """Yield time, truth (x, y, yaw, speed), and the localizer, at 20 Hz.
 
     `fix` says when there are satellites, `spoilt` how far off a fix is; `gyro` and `slope` are the offsets.
     """
     rng = np.random.default_rng(seed)
-    localiser = EkfLocalizer(RIG)
+    localizer = EkfLocalizer(RIG)
     x = y = speed = slip = 0.0
     yaw = rng.uniform(-3.0, 3.0)
     for k in range(round(seconds / STEP_S)):
@@ -50,12 +50,12 @@ def drive(seed, profile, seconds, *, fix=lambda t: True, spoilt=lambda t: 0.0, g
         felt = acceleration + slope + rng.normal(0.0, RIG.imu_acceleration_noise_mps2)
         turned = rate + gyro + rng.normal(0.0, RIG.imu_rotation_noise_rps)
         north = math.remainder(yaw + rng.normal(0.0, 0.05), math.tau) if compass else None
-        localiser.imu(ImuSample(t, (felt, 0.0, 9.81), (0.0, 0.0, turned), north))
-        localiser.wheel(WheelSpeed(t, speed + rng.normal(0.0, RIG.wheel_speed_noise_mps)))
+        localizer.imu(ImuSample(t, (felt, 0.0, 9.81), (0.0, 0.0, turned), north))
+        localizer.wheel(WheelSpeed(t, speed + rng.normal(0.0, RIG.wheel_speed_noise_mps)))
         if fix(t):
             off = rng.normal(0.0, RIG.gnss_noise_m, 3)
-            localiser.gnss(GnssFix(t, x + off[0] + spoilt(t), y + off[1], off[2]))
-        yield t, np.array([x, y, yaw, speed]), localiser
+            localizer.gnss(GnssFix(t, x + off[0] + spoilt(t), y + off[1], off[2]))
+        yield t, np.array([x, y, yaw, speed]), localizer
 
 
 def error(truth, estimate):

@@ -217,7 +217,7 @@ def test_the_counters_start_anew_only_after_15_m():
     far = []
 
     def creeps(world):
-        """Gets on by a few metres by itself, then stands again."""
+        """Gets on by a few meters by itself, then stands again."""
         if 10.0 < world.time_s < 12.0 and world.x < 76.0:
             world.objects = [thing("lead", 85.0)]
             world.cruise_mps = 8.0

@@ -25,7 +25,7 @@ LAYOUTS = (
 """Possible positions of towns in a folder: directly in it, or as in CARLA's `Maps`, its packages or its sources."""
 LARGEST_MAP_BYTES = 128 << 20
 """Largest OpenDRIVE text (bytes). Town04 has 3.4 MB. Ours."""
-OPTIMISED = "_Opt"
+OPTIMIZED = "_Opt"
 """Suffix of CARLA's variants with layers, which have the same roads."""
 
 
@@ -83,7 +83,7 @@ def find_map(town_or_file: str, folders: Sequence[Path]) -> MapFile:
         return load_map(Path(town_or_file))
     name = town_or_file.rsplit("/", 1)[-1]
     towns = available_towns(folders)
-    path = towns.get(name) or towns.get(name.removesuffix(OPTIMISED))
+    path = towns.get(name) or towns.get(name.removesuffix(OPTIMIZED))
     if path is None:
         places = ", ".join(f"{folder}" if folder.is_dir() else f"{folder} (no such folder)" for folder in folders)
         known = ", ".join(sorted(towns)) or "none"

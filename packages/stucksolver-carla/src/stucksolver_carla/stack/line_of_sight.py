@@ -48,7 +48,7 @@ class SightLines:
             behind = ego_s - BEHIND_SAMPLES_M[ego_s - max(lane.start_m, ego_s - self._range_m) > BEHIND_SAMPLES_M]
             lengths = []
             for stations in (ahead, behind):
-                center_m = np.interp(stations, lane.s, lane.centre)
+                center_m = np.interp(stations, lane.s, lane.center)
                 lengths.append(self._visible_length_m(ego, stations, center_m, blockers))
             sights.append(LaneSight(lane_id=lane.strip.id, ahead_m=lengths[0], behind_m=lengths[1]))
         return tuple(sights)

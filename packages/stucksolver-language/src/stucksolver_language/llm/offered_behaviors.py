@@ -14,7 +14,7 @@ def known_behaviors(scene: Scene) -> tuple[AvailableBehavior, ...]:
 
 
 def available(scene: Scene) -> tuple[AvailableBehavior, ...]:
-    """Return the behaviours that have something to act on here. The guard still judges each plan."""
+    """Return the behaviors that have something to act on here. The guard still judges each plan."""
     return tuple(b for b in known_behaviors(scene) if REGISTRY[b.name].fits_scene(scene))
 
 

@@ -96,7 +96,7 @@ class SensorLaneSight:
 
     def _line(self, lane: Lane, stations: Floats) -> Floats:
         """Return (k, 2): positions of the lane's center in the local frame."""
-        x, y, _ = self._frame.to_local(stations, np.interp(stations, lane.s, lane.centre))
+        x, y, _ = self._frame.to_local(stations, np.interp(stations, lane.s, lane.center))
         return np.stack([x, y], axis=1)
 
 

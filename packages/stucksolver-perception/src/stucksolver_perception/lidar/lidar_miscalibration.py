@@ -59,7 +59,7 @@ FEWEST_CELLS = 40
 MARGIN_M = 0.5
 """Returns this far outside of the box of something that moves may be from it."""
 
-NEIGHBOURS, NEIGHBOURHOOD_M = 8, 1.0
+NEIGHBORS, NEIGHBORHOOD_M = 8, 1.0
 """Cells that tell the direction of a surface."""
 SURFACE_M = 0.05
 """Standard deviation of a cell's middle across its surface."""
@@ -100,7 +100,7 @@ class _Place(NamedTuple):
     yaw_rad: float = 0.0
 
     def onward(self, speed_mps: float, rate_rps: float, dt: float) -> _Place:
-        """Return the place after `dt` seconds; see `localisation.model.onward`."""
+        """Return the place after `dt` seconds; see `localization.model.onward`."""
         middle, aside = self.yaw_rad + rate_rps * dt / 2.0, REAR_AXLE_M * rate_rps
         return _Place(
             self.time_s + dt,
@@ -245,7 +245,7 @@ def upright_cells(points: Floats, moving: Floats) -> Floats:
 
 def _spreads(cells: Floats, tree: Any) -> Floats:
     """(n, 2, 2): covariance of each cell's middle: large along its surface, small across it."""
-    distance, index = tree.query(cells, k=NEIGHBOURS, distance_upper_bound=NEIGHBOURHOOD_M)
+    distance, index = tree.query(cells, k=NEIGHBORS, distance_upper_bound=NEIGHBORHOOD_M)
     near = np.isfinite(distance)
     around = cells[np.where(near, index, 0)]
     count = near.sum(axis=1)[:, None]

@@ -45,9 +45,9 @@ def isolated_points(points: Singles) -> NDArray[np.bool_]:
         counts = np.bincount(cell, minlength=side * side * floors)
         inside = (away[rows] >= inner_m) & (away[rows] < outer_m)
         lone = np.flatnonzero(inside & (counts[cell] <= FEW))
-        neighbours = (
+        neighbors = (
             (np.arange(-1, 2)[:, None] * side + np.arange(-1, 2)).reshape(-1, 1) * floors + np.arange(-1, 2)
         ).ravel()
-        near = counts[cell[lone, None] + neighbours].sum(axis=1)
+        near = counts[cell[lone, None] + neighbors].sum(axis=1)
         found[rows[lone[near <= FEW]]] = True
     return found

@@ -57,7 +57,7 @@ STALE_S = 0.1
 """Data older than the state by more than this are not used."""
 
 
-class NotLocalisedError(RuntimeError):
+class NotLocalizedError(RuntimeError):
     """There is no pose yet. The message says which sensor is missing."""
 
 
@@ -170,7 +170,7 @@ class EkfLocalizer:
         """
         if not self.ready:
             missing = "a fix" if self._fix is None else "a compass reading"
-            raise NotLocalisedError(f"there is no pose yet: waiting for {missing}; or give a start")
+            raise NotLocalizedError(f"there is no pose yet: waiting for {missing}; or give a start")
         ekf, (acceleration, rotation) = self._filter, self._inertial
         x, p, dt = ekf.x, ekf.P, time_s - self._time_s
         if abs(dt) > 1e-6:

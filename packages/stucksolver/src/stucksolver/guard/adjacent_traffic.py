@@ -74,7 +74,7 @@ def _stays_behind(case: CheckContext, station: Array, i: int, t: Array) -> Mask:
     lane = view.lane_of[i]
     if lane is not None:
         # The object follows its lane, which may bend away from the route's line.
-        aside = np.interp(station, lane.s, lane.centre) - float(np.interp(view.s[i], lane.s, lane.centre))
+        aside = np.interp(station, lane.s, lane.center) - float(np.interp(view.s[i], lane.s, lane.center))
         meets |= np.abs(d - view.d[i] - aside) < half_m
     stays = meets | (np.cumsum(meets, axis=1) == 0)
     until = np.minimum(t, view.vs[i] / braking)

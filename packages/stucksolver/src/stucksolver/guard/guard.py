@@ -312,7 +312,7 @@ class Guard:
         ends: list[float] = []
         for k, behavior in enumerate(behaviors):
             why = behavior.precondition(view) if k == 0 else None
-            part = None if why else behavior.manoeuvre(view, start)
+            part = None if why else behavior.maneuver(view, start)
             if part is None:
                 raise NoPathError(PlanFailure.PRECONDITION, why or f"{behavior.name} has no path")
             path = part if path is None else path.then(part)

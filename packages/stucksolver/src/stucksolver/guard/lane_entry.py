@@ -162,7 +162,7 @@ def _tail(case: CheckContext, lane: Lane, k: int) -> Array:
     stop for the part that is inside.
     """
     s = case.path.s[k:]
-    from_right = bool(case.path.d[k] <= np.interp(s[0], lane.s, lane.centre))
+    from_right = bool(case.path.d[k] <= np.interp(s[0], lane.s, lane.center))
     return tail_inside_border_s(case, k, np.interp(s, lane.s, lane.right if from_right else lane.left), from_right)
 
 

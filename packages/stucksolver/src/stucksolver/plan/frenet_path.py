@@ -224,9 +224,9 @@ def along_lane(lane: Lane | None, s_from: float, d_from: float, length_m: float,
     path = straight(s_from, d_from, length_m, speed_mps)
     if lane is None:
         return path
-    centre = np.interp(path.s, lane.s, lane.centre)
+    center = np.interp(path.s, lane.s, lane.center)
     fade = np.clip(1.0 - (path.s - s_from) / FADE_M, 0.0, 1.0)
-    return FrenetPath(path.s, centre + fade**2 * (d_from - centre[0]), path.speed)
+    return FrenetPath(path.s, center + fade**2 * (d_from - center[0]), path.speed)
 
 
 def lateral(

@@ -97,7 +97,7 @@ def find_passing(view: FrenetScene, start: BehaviorStart, object_id: str, lane: 
     if not which:
         raise NoPathError(PlanFailure.NOT_IN_THE_WAY, f"object {object_id} is not in the ego's path")
     half = view.ego.width_m / 2
-    _, centre, left = lane.at(float(view.s[target]))
+    _, center, left = lane.at(float(view.s[target]))
     limit = left - half - EDGE_M
     least = _beside(view, which, NARROW_CLEARANCE_M, NARROW_VULNERABLE_CLEARANCE_M)
     if least > limit:
@@ -112,7 +112,7 @@ def find_passing(view: FrenetScene, start: BehaviorStart, object_id: str, lane: 
     people_m = QUICK_VULNERABLE_CLEARANCE_M if wide else VULNERABLE_CLEARANCE_M
     desired = _beside(view, which, CLEARANCE_M if speed_mps <= QUICK_MPS else QUICK_CLEARANCE_M, people_m)
     # Beside a moving object the ego uses the whole oncoming lane, beside a stationary one no more than needed.
-    offset = max(desired, centre) if moving > MOVES_MPS else desired
+    offset = max(desired, center) if moving > MOVES_MPS else desired
     far = max(which, key=lambda i: float(view.s[i] + view.along[i]))
     return PassPlan(
         tuple(view.objects[i].id for i in which),

@@ -30,7 +30,7 @@ class Lane:
         start_m: Arc length of the first station (m).
         end_m: Arc length of the last station (m).
         s: (stations,): arc lengths (m).
-        centre: (stations,): lateral offsets of the center (m, left positive).
+        center: (stations,): lateral offsets of the center (m, left positive).
         left: (stations,): lateral offsets of the left border (m).
         right: (stations,): lateral offsets of the right border (m).
     """
@@ -39,7 +39,7 @@ class Lane:
     start_m: float
     end_m: float
     s: Array
-    centre: Array
+    center: Array
     left: Array
     right: Array
 
@@ -53,8 +53,8 @@ class Lane:
         i = min(max((s - self.start_m) / self.spacing, 0.0), float(last))
         k = min(int(i), max(last - 1, 0))
         j, f = min(k + 1, last), i - k
-        right, centre, left = (float(a[k] * (1 - f) + a[j] * f) for a in (self.right, self.centre, self.left))
-        return right, centre, left
+        right, center, left = (float(a[k] * (1 - f) + a[j] * f) for a in (self.right, self.center, self.left))
+        return right, center, left
 
     @cached_property
     def spacing(self) -> float:
@@ -87,9 +87,9 @@ class RoadFrame:
     def _lane(self, strip: LaneStrip) -> Lane:
         count = min(len(strip.offset_m), len(self.s) - strip.start)
         s = self.s[strip.start : strip.start + count]
-        centre = np.asarray(strip.offset_m[:count])
+        center = np.asarray(strip.offset_m[:count])
         half = np.asarray(strip.width_m[:count]) / 2
-        return Lane(strip, float(s[0]), float(s[-1]), s, centre, centre + half, centre - half)
+        return Lane(strip, float(s[0]), float(s[-1]), s, center, center + half, center - half)
 
     def to_road(self, xy: Array) -> tuple[Array, Array, Array]:
         """Convert local points (n, 2) (m) to s (m), d (m) and road heading (rad), each (n,).
@@ -143,9 +143,9 @@ class RoadFrame:
         for lane in self.lanes:
             if not lane.start_m - 1.0 <= s <= lane.end_m + 1.0:
                 continue
-            right, centre, left = lane.at(s)
-            if right - 1e-6 <= d <= left + 1e-6 and abs(d - centre) < nearest:
-                best, nearest = lane, abs(d - centre)
+            right, center, left = lane.at(s)
+            if right - 1e-6 <= d <= left + 1e-6 and abs(d - center) < nearest:
+                best, nearest = lane, abs(d - center)
         return best
 
     @cached_property

@@ -56,7 +56,7 @@ MOST_STATIONS = 100_000
 LONGEST_TEXT = 500
 """Upper bound for the length of an id, a key or a fault (characters). Ours."""
 
-_METRES = (-FURTHEST_M, FURTHEST_M)
+_METERS = (-FURTHEST_M, FURTHEST_M)
 _SIZE = (SMALLEST_M, LONGEST_M)
 _SPREAD = (0.0, LONGEST_M)
 _AGE = (0.0, OLDEST_S)
@@ -67,9 +67,9 @@ RANGES: dict[type[FrozenModel], dict[str, tuple[float, float]]] = {
     Status: {"time_s": (-LATEST_S, LATEST_S), "speed_mps": (-ROLLS_BACK_MPS, QUICKEST_MPS), "progress_m": _ALONG_ROUTE},
     Surroundings: {"frame": (-LAST_FRAME, LAST_FRAME), "time_s": (-LATEST_S, LATEST_S), "age_s": _AGE},
     EgoState: {
-        "x_m": _METRES,
-        "y_m": _METRES,
-        "yaw_rad": _METRES,
+        "x_m": _METERS,
+        "y_m": _METERS,
+        "yaw_rad": _METERS,
         "speed_mps": _SPEED,
         "length_m": _SIZE,
         "width_m": _SIZE,
@@ -77,9 +77,9 @@ RANGES: dict[type[FrozenModel], dict[str, tuple[float, float]]] = {
     },
     VehicleLimits: dict.fromkeys(VehicleLimits.model_fields, (LEAST_LIMIT, MOST_LIMIT)),
     TrackedObject: {
-        "x_m": _METRES,
-        "y_m": _METRES,
-        "yaw_rad": _METRES,
+        "x_m": _METERS,
+        "y_m": _METERS,
+        "yaw_rad": _METERS,
         "vx_mps": _SPEED,
         "vy_mps": _SPEED,
         "length_m": _SIZE,
@@ -92,7 +92,7 @@ RANGES: dict[type[FrozenModel], dict[str, tuple[float, float]]] = {
         "position_sd_m": _SPREAD,
         "across_sd_m": _SPREAD,
     },
-    TrafficControl: {"distance_m": _METRES},
+    TrafficControl: {"distance_m": _METERS},
     LaneSight: {"ahead_m": (0.0, FURTHEST_M), "behind_m": (0.0, FURTHEST_M)},
     LaneStrip: {
         "start": (0, MOST_STATIONS),
@@ -103,7 +103,7 @@ RANGES: dict[type[FrozenModel], dict[str, tuple[float, float]]] = {
     Zone: {"start_m": _ALONG_ROUTE, "end_m": _ALONG_ROUTE},
     RoadGeometry: {
         "spacing_m": (FINEST_M, COARSEST_M),
-        "reference": _METRES,
+        "reference": _METERS,
         "route_start_m": _ALONG_ROUTE,
         "destination_m": _ALONG_ROUTE,
     },

@@ -96,10 +96,10 @@ def relation(view: FrenetScene, lane: Lane | None) -> LaneRelation:
         return LaneRelation.SHOULDER
     if lane.strip.direction is LaneDirection.OPPOSITE:
         return LaneRelation.ONCOMING
-    centre = lane.at(view.ego_s)[1]
-    if abs(centre) < 1.0:
+    center = lane.at(view.ego_s)[1]
+    if abs(center) < 1.0:
         return LaneRelation.EGO
-    return LaneRelation.LEFT if centre > 0 else LaneRelation.RIGHT
+    return LaneRelation.LEFT if center > 0 else LaneRelation.RIGHT
 
 
 def _object(view: FrenetScene, i: int) -> SceneObject:

@@ -1,4 +1,4 @@
-"""The closed list of behaviours, one file each."""
+"""The closed list of behaviors, one file each."""
 
 from stucksolver.plan.behaviors.back_up import BackUp
 from stucksolver.plan.behaviors.behavior import (

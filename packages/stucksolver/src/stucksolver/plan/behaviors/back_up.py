@@ -37,8 +37,8 @@ class BackUp(Behavior):
     distance_m: float = Field(ge=1.0, le=8.0)
     speed_mps: float = Field(default=1.0, ge=0.5, le=CREEP_MPS)
 
-    def manoeuvre(self, view: FrenetScene, start: BehaviorStart) -> FrenetPath:
-        """Return the path straight back from rest. See `Behavior.manoeuvre`."""
+    def maneuver(self, view: FrenetScene, start: BehaviorStart) -> FrenetPath:
+        """Return the path straight back from rest. See `Behavior.maneuver`."""
         if abs(start.speed_mps) > STANDS_MPS:
             raise NoPathError(PlanFailure.MUST_BE_STOPPED, "the vehicle must stop before it backs up")
         return straight(start.s_m, start.d_m, self.distance_m, self.speed_mps).stopping()

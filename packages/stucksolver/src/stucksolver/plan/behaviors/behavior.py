@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 class Check(str, Enum):
-    """The guard's checks. Every behaviour lists those that it must pass."""
+    """The guard's checks. Every behavior lists those that it must pass."""
 
     COLLISION = "collision"
     DRIVABLE_AREA = "drivable_area"
@@ -48,7 +48,7 @@ class Check(str, Enum):
 
 
 class AbortAction(str, Enum):
-    """The safe way to end a behaviour early."""
+    """The safe way to end a behavior early."""
 
     STOP = "stop"
     RETURN_TO_LANE = "return_to_lane"
@@ -103,7 +103,7 @@ CREEP_MPS = 2.2
 
 @dataclass(frozen=True)
 class BehaviorStart:
-    """The ego where a behaviour begins: arc length (m), lateral offset (m), speed (m/s) and heading (rad)."""
+    """The ego where a behavior begins: arc length (m), lateral offset (m), speed (m/s) and heading (rad)."""
 
     s_m: float
     d_m: float
@@ -112,7 +112,7 @@ class BehaviorStart:
 
 
 class Behavior(FrozenModel, ABC):
-    """One behaviour of the closed list. An instance holds the parameters of one call.
+    """One behavior of the closed list. An instance holds the parameters of one call.
 
     The class attributes and the methods with a default are the facts that other modules ask for.
     """
@@ -131,9 +131,9 @@ class Behavior(FrozenModel, ABC):
     """Detail of the rejection if it stands still where a vehicle must not stop; None if it may be done there."""
     abort_after_commit: ClassVar[AbortAction] = AbortAction.FINISH
     reverse: ClassVar[bool] = False
-    """The behaviour backs up. `view` and `start` are then in the frame of `FrenetScene.backwards`."""
+    """The behavior backs up. `view` and `start` are then in the frame of `FrenetScene.backwards`."""
     prepares: ClassVar[bool] = False
-    """The behaviour only prepares the next one, so the vehicle need not have moved on after it."""
+    """The behavior only prepares the next one, so the vehicle need not have moved on after it."""
     starts_at_roadside: ClassVar[bool] = False
     """It starts where the ego is stopped safely beside the traffic. The solver waits there after any rejection."""
     release: ClassVar[ApprovalLevel] = ApprovalLevel.AUTONOMOUS
@@ -167,11 +167,11 @@ class Behavior(FrozenModel, ABC):
         return None
 
     @abstractmethod
-    def manoeuvre(self, view: FrenetScene, start: BehaviorStart) -> FrenetPath | None:
+    def maneuver(self, view: FrenetScene, start: BehaviorStart) -> FrenetPath | None:
         """Return the path from `start`, in the road coordinates of `view`.
 
         Returns:
-            The path; None for a behaviour that stands still or follows no road.
+            The path; None for a behavior that stands still or follows no road.
 
         Raises:
             CannotPlan: There is no path here.
@@ -222,14 +222,14 @@ class Behavior(FrozenModel, ABC):
 
 
 class StationaryBehavior(Behavior):
-    """A behaviour without a path: the vehicle stops where it is and stays."""
+    """A behavior without a path: the vehicle stops where it is and stays."""
 
     executor: ClassVar[ExecutorKind] = ExecutorKind.STOP
 
     def precondition(self, view: FrenetScene) -> str | None:
         return no_place_to_stand(view)
 
-    def manoeuvre(self, view: FrenetScene, start: BehaviorStart) -> FrenetPath | None:
+    def maneuver(self, view: FrenetScene, start: BehaviorStart) -> FrenetPath | None:
         """Return None: it stands still."""
         return None
 
@@ -253,7 +253,7 @@ class LegBehavior(Behavior):
     def must_finish(self, view: FrenetScene) -> bool:
         """True if the vehicle is where it should finish the legs rather than stop, also if the plan is withdrawn."""
 
-    def manoeuvre(self, view: FrenetScene, start: BehaviorStart) -> FrenetPath | None:
+    def maneuver(self, view: FrenetScene, start: BehaviorStart) -> FrenetPath | None:
         """Return None: the legs are paths in the plane."""
         return None
 
@@ -274,7 +274,7 @@ def no_place_to_stand(view: FrenetScene) -> str | None:
 
 
 class NoPathError(Exception):
-    """There is no path for a behaviour here. `failure` is the code; the message is for people."""
+    """There is no path for a behavior here. `failure` is the code; the message is for people."""
 
     def __init__(self, failure: PlanFailure, text: str) -> None:
         super().__init__(text)

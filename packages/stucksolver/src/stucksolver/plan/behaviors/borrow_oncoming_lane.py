@@ -70,8 +70,8 @@ class BorrowOncomingLane(Behavior):
             return "there is no oncoming lane on the left"
         return None
 
-    def manoeuvre(self, view: FrenetScene, start: BehaviorStart) -> FrenetPath:
-        """Return the path out into the oncoming lane, past the obstruction and back. See `Behavior.manoeuvre`."""
+    def maneuver(self, view: FrenetScene, start: BehaviorStart) -> FrenetPath:
+        """Return the path out into the oncoming lane, past the obstruction and back. See `Behavior.maneuver`."""
         lane = borrowed_lane(view, start.s_m)
         if lane is None:
             raise NoPathError(PlanFailure.NO_LANE, "there is no oncoming lane on the left")

@@ -67,8 +67,8 @@ class ChangeLane(Behavior):
             raise NoPathError(PlanFailure.NOT_OUR_LANE, f"the lane on the {self.side} belongs to oncoming traffic")
         return lane
 
-    def manoeuvre(self, view: FrenetScene, start: BehaviorStart) -> FrenetPath:
-        """Return the path into the adjacent lane and along it. See `Behavior.manoeuvre`."""
+    def maneuver(self, view: FrenetScene, start: BehaviorStart) -> FrenetPath:
+        """Return the path into the adjacent lane and along it. See `Behavior.maneuver`."""
         lane = self.target(view, start)
         sideways = lateral_shift(view, start, lane.at(start.s_m + 15.0)[1], self.speed_mps)
         rest = max(start.s_m + self.distance_m - sideways.end_s, landing_m(self.speed_mps) + 2.0)

@@ -25,7 +25,7 @@ class Creep(Behavior):
     distance_m: float = Field(ge=1.0, le=15.0)
     speed_mps: float = Field(default=1.5, ge=0.5, le=CREEP_MPS)
 
-    def manoeuvre(self, view: FrenetScene, start: BehaviorStart) -> FrenetPath:
-        """Return the path along the ego's lane, to a stop. See `Behavior.manoeuvre`."""
+    def maneuver(self, view: FrenetScene, start: BehaviorStart) -> FrenetPath:
+        """Return the path along the ego's lane, to a stop. See `Behavior.maneuver`."""
         lane = own_lane(view, start)
         return along_lane(lane, start.s_m, start.d_m, self.distance_m, self.speed_mps).stopping()

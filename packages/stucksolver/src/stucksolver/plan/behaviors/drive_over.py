@@ -44,8 +44,8 @@ class DriveOver(Behavior):
     def fits_scene(cls, scene: Scene) -> bool:
         return any(o.kind in PASSABLE_KINDS for o in scene.objects)
 
-    def manoeuvre(self, view: FrenetScene, start: BehaviorStart) -> FrenetPath:
-        """Return the path over the object. See `Behavior.manoeuvre`."""
+    def maneuver(self, view: FrenetScene, start: BehaviorStart) -> FrenetPath:
+        """Return the path over the object. See `Behavior.maneuver`."""
         i = view.index_of(self.object_id)
         if i is None:
             raise NoPathError(PlanFailure.NOT_SEEN, f"object {self.object_id} is not seen")

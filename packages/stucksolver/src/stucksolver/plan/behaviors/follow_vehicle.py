@@ -35,8 +35,8 @@ class FollowVehicle(Behavior):
     def fits_scene(cls, scene: Scene) -> bool:
         return any(o.in_path and o.kind in MOTOR_VEHICLES and o.speed_along_mps > LEADS_MPS for o in scene.objects)
 
-    def manoeuvre(self, view: FrenetScene, start: BehaviorStart) -> FrenetPath:
-        """Return the path along the lane behind the leader. See `Behavior.manoeuvre`."""
+    def maneuver(self, view: FrenetScene, start: BehaviorStart) -> FrenetPath:
+        """Return the path along the lane behind the leader. See `Behavior.maneuver`."""
         i = view.index_of(self.leader_id)
         if i is None or not self._leads(view, i):
             why = f"{self.leader_id} cannot be followed: it must be moving ahead in the ego's lane"

@@ -35,8 +35,8 @@ class KeepLane(Behavior):
     distance_m: float = Field(ge=0.5, le=150.0)
     speed_mps: float = Field(gt=0.5, le=11.0)
 
-    def manoeuvre(self, view: FrenetScene, start: BehaviorStart) -> FrenetPath:
-        """Return the path along the ego's lane. See `Behavior.manoeuvre`."""
+    def maneuver(self, view: FrenetScene, start: BehaviorStart) -> FrenetPath:
+        """Return the path along the ego's lane. See `Behavior.maneuver`."""
         lane = own_lane(view, start)
         return along_lane(lane, start.s_m, start.d_m, self.distance_m, self.speed_mps)
 

@@ -29,7 +29,7 @@ OFF_M = 0.1
 
 
 class NoseOut(Behavior):
-    """Drive the first metres of a lane change, up to the border of the own lane, and come to rest."""
+    """Drive the first meters of a lane change, up to the border of the own lane, and come to rest."""
 
     summary: ClassVar[str] = (
         "Turn out towards the neighbouring lane on `side` until the nose is at the border of the own lane, and stop "
@@ -46,8 +46,8 @@ class NoseOut(Behavior):
     side: Literal["left", "right"]
     speed_mps: float = Field(default=1.5, ge=0.5, le=CREEP_MPS)
 
-    def manoeuvre(self, view: FrenetScene, start: BehaviorStart) -> FrenetPath:
-        """Return the path of the nose to the edge of the lane beside, to a stop. See `Behavior.manoeuvre`."""
+    def maneuver(self, view: FrenetScene, start: BehaviorStart) -> FrenetPath:
+        """Return the path of the nose to the edge of the lane beside, to a stop. See `Behavior.maneuver`."""
         turn = 1 if self.side == "left" else -1
         own, beside = view.frame.lane_at(start.s_m, start.d_m), view.frame.beside(start.s_m, start.d_m, turn)
         if own is None or beside is None or beside.strip.kind is not LaneKind.DRIVING:

@@ -51,8 +51,8 @@ class Nudge(Behavior):
             return {}
         return {"offset_m": limits.distance_m}
 
-    def manoeuvre(self, view: FrenetScene, start: BehaviorStart) -> FrenetPath:
-        """Return the path past the obstacle within the lane. See `Behavior.manoeuvre`."""
+    def maneuver(self, view: FrenetScene, start: BehaviorStart) -> FrenetPath:
+        """Return the path past the obstacle within the lane. See `Behavior.maneuver`."""
         lane = own_lane(view, start)
         if lane is None:
             raise NoPathError(PlanFailure.NO_LANE, "the vehicle is in no lane")

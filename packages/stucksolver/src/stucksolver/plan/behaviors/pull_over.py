@@ -35,8 +35,8 @@ class PullOver(Behavior):
     distance_m: float = Field(default=20.0, ge=10.0, le=60.0)
     speed_mps: float = Field(default=3.0, ge=0.5, le=5.5)
 
-    def manoeuvre(self, view: FrenetScene, start: BehaviorStart) -> FrenetPath:
-        """Return the path to the right edge of the roadside, to a stop. See `Behavior.manoeuvre`."""
+    def maneuver(self, view: FrenetScene, start: BehaviorStart) -> FrenetPath:
+        """Return the path to the right edge of the roadside, to a stop. See `Behavior.maneuver`."""
         lanes = _to_the_right(view, start)
         if not lanes:
             raise NoPathError(PlanFailure.NO_LANE, "the vehicle is in no lane in its own direction")

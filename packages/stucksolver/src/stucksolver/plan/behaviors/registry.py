@@ -142,7 +142,7 @@ AnyBehavior = Annotated[Behavior, _RegistryUnion()]
 
 
 def parse_behavior(data: object) -> Behavior:
-    """Parse a behaviour from its JSON form.
+    """Parse a behavior from its JSON form.
 
     Raises:
         pydantic.ValidationError: It is not in the list, or a parameter is out of bounds.
@@ -152,13 +152,13 @@ def parse_behavior(data: object) -> Behavior:
 
 
 def unknown_behavior_reason(behavior: object) -> str | None:
-    """Return why something is not a behaviour of the closed list within its bounds, or None if it is.
+    """Return why something is not a behavior of the closed list within its bounds, or None if it is.
 
     A subclass could have other checks than the guard knows by that name, and a copy could have invalid parameters.
     """
     known = REGISTRY.get(str(getattr(behavior, "name", "")))
     if known is None or type(behavior) is not known:
-        return f"{type(behavior).__name__} is not in the closed list of behaviours"
+        return f"{type(behavior).__name__} is not in the closed list of behaviors"
     try:
         again = known.model_validate(behavior.model_dump())
     except ValueError:
@@ -173,7 +173,7 @@ def names_with(check: Check) -> frozenset[str]:
 
 @lru_cache(maxsize=32)
 def describe(names: tuple[str, ...]) -> tuple[AvailableBehavior, ...]:
-    """Return the descriptions of behaviours that a reasoner is given.
+    """Return the descriptions of behaviors that a reasoner is given.
 
     Raises:
         KeyError: A name is not in the list.
@@ -181,7 +181,7 @@ def describe(names: tuple[str, ...]) -> tuple[AvailableBehavior, ...]:
     found = []
     for name in names:
         if name not in REGISTRY:
-            raise KeyError(f"unknown behaviour {name!r}; the closed list is: {', '.join(REGISTRY)}")
+            raise KeyError(f"unknown behavior {name!r}; the closed list is: {', '.join(REGISTRY)}")
         found.append(AvailableBehavior(name=name, parameters=REGISTRY[name].model_json_schema()))
     return tuple(found)
 

@@ -1,4 +1,4 @@
-"""Return to the centre of the route's lane from anywhere on the road."""
+"""Return to the center of the route's lane from anywhere on the road."""
 
 from dataclasses import replace
 from typing import ClassVar, Literal
@@ -17,7 +17,7 @@ OFF_LANE_M = 0.5
 
 
 class RejoinRoute(Behavior):
-    """Return to the route's lane, then follow it for a few metres."""
+    """Return to the route's lane, then follow it for a few meters."""
 
     summary: ClassVar[str] = "Return to the route's lane and follow it for a few metres at up to speed_mps."
     phrase: ClassVar[PlanPhrase] = PlanPhrase("return to my lane", "returning to my lane")
@@ -36,8 +36,8 @@ class RejoinRoute(Behavior):
     def fits_scene(cls, scene: Scene) -> bool:
         return abs(scene.ego.lateral_offset_m) > OFF_LANE_M
 
-    def manoeuvre(self, view: FrenetScene, start: BehaviorStart) -> FrenetPath:
-        """Return the path back to the route's lane and a few metres along it. See `Behavior.manoeuvre`."""
+    def maneuver(self, view: FrenetScene, start: BehaviorStart) -> FrenetPath:
+        """Return the path back to the route's lane and a few meters along it. See `Behavior.maneuver`."""
         home = view.frame.lane_at(start.s_m, 0.0)
         if home is None:
             raise NoPathError(PlanFailure.NO_LANE, "the route has no lane here")

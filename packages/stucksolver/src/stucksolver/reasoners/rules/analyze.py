@@ -15,7 +15,7 @@ from stucksolver.plan import (
     WaitLimits,
     WaitReason,
 )
-from stucksolver.reasoners.rules.observe import beside_lane_centre, drives, goes_first, intent, no_gap_to_join
+from stucksolver.reasoners.rules.observe import beside_lane_center, drives, goes_first, intent, no_gap_to_join
 from stucksolver.scene import (
     MOTOR_VEHICLES,
     REQUESTS,
@@ -154,7 +154,7 @@ def _blocked_before(scene: Scene, distance_m: float) -> bool:
     lead = blocker(scene)
     if lead is None or lead.gap_m is None or lead.gap_m > distance_m - 2.0:
         return False
-    return lead.kind not in MOTOR_VEHICLES or bool(lead.hazard_lights) or beside_lane_centre(lead)
+    return lead.kind not in MOTOR_VEHICLES or bool(lead.hazard_lights) or beside_lane_center(lead)
 
 
 def _held_by_people(scene: Scene, limits: WaitLimits) -> Hold | None:

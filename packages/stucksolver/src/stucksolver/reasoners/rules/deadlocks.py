@@ -79,7 +79,7 @@ def assert_to_merging(scene: Scene, lead: SceneObject) -> Way | None:
 def _free_before(scene: Scene, o: SceneObject) -> float:
     """Return how far the ego may go straight on until its front corner is as near to a vehicle's path as allowed (m).
 
-    Rounded down to tenths of a metre.
+    Rounded down to tenths of a meter.
     """
     side = math.copysign(1.0, o.y_m)
     cos, sin = math.cos(o.yaw_rad), math.sin(o.yaw_rad)

@@ -1,4 +1,4 @@
-"""Step 3: which behaviours get the vehicle moving, and whether the route must be replanned."""
+"""Step 3: which behaviors get the vehicle moving, and whether the route must be replanned."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ GAP_M = 1.5
 SIDE_M = 0.9
 """Free width that such a row may leave at either edge of the road (m)."""
 ABREAST_M = 1.0
-"""How far behind the vehicle's centre another way may start for the vehicle to turn into it still (m)."""
+"""How far behind the vehicle's center another way may start for the vehicle to turn into it still (m)."""
 
 
 def detour(scene: Scene, lead: SceneObject) -> Way | None:
@@ -90,7 +90,7 @@ def _gap_m(first: SceneObject, second: SceneObject) -> float:
 
 
 def _edges_m(scene: Scene) -> tuple[float, float]:
-    """Return the left and right edge of the known lanes, from the centre of the ego's lane (m, left positive)."""
+    """Return the left and right edge of the known lanes, from the center of the ego's lane (m, left positive)."""
     widths = dict.fromkeys(LaneRelation, 0.0)
     for lane in scene.lanes:
         if lane.kind is LaneKind.DRIVING:

@@ -30,7 +30,7 @@ LIKE_A_THING_S = 60.0
 """An animal that has not moved for this long, as seen by sensors, may be a box (s). Animals stand on a road for half a
 minute."""
 PARKED_OFFSET_M = 0.4
-"""A vehicle further than this from the lane's centre is beside the traffic, not in it (m)."""
+"""A vehicle further than this from the lane's center is beside the traffic, not in it (m)."""
 AHEAD_M = 60.0
 ACROSS_SIN = 0.6
 """Sine of the smallest angle to the path at which a vehicle counts as standing across it."""
@@ -112,7 +112,7 @@ def intent(scene: Scene, o: SceneObject, limits: WaitLimits) -> Intent:
         return Intent.STOPPED
     if crosses(o):
         return Intent.QUEUEING if _in_queue_across(scene, o) else Intent.STOPPED
-    if beside_lane_centre(o):
+    if beside_lane_center(o):
         return Intent.PARKED
     return Intent.QUEUEING if _in_queue(scene, o, limits) else Intent.STOPPED
 
@@ -126,7 +126,7 @@ def is_static_like(o: SceneObject) -> bool:
     return o.kind is ObjectKind.ANIMAL and bool(o.position_sd_m) and unmoved
 
 
-def beside_lane_centre(o: SceneObject) -> bool:
+def beside_lane_center(o: SceneObject) -> bool:
     """True if it is off the middle of the lane, as parked vehicles are."""
     return abs(o.left_edge_m + o.right_edge_m) / 2 > PARKED_OFFSET_M
 
@@ -186,7 +186,7 @@ def _keeps_to_road(o: SceneObject) -> bool:
 
 
 def _course_along(scene: Scene, o: SceneObject) -> LineString:
-    """Return its course along the bends of the road: (from the ego's centre along it, left of the route's lane) (m)."""
+    """Return its course along the bends of the road: (from the ego's center along it, left of the route's lane) (m)."""
     # The gap is measured from bumper to bumper: add half of each body.
     s, d = (o.gap_m or 0.0) + (scene.ego.length_m + o.length_m) / 2, (o.left_edge_m + o.right_edge_m) / 2
     return LineString([(s, d), (s + o.speed_along_mps * YIELD_S, d + o.speed_across_mps * YIELD_S)])

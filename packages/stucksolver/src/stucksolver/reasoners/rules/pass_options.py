@@ -189,7 +189,7 @@ def _by_lane_change(
 def _out_and_over(
     scene: Scene, side: Literal["left", "right"], way_m: float, speed: float, over: tuple[SceneObject, ...]
 ) -> tuple[AnyBehavior, ...]:
-    """Return the behaviours into the adjacent lane and along it; at walking pace if they drive over something."""
+    """Return the behaviors into the adjacent lane and along it; at walking pace if they drive over something."""
     if not over:
         return (ChangeLane(side=side, distance_m=round(min(max(way_m, 20.0), 150.0), 1), speed_mps=speed),)
     before = round(min(max((over[0].gap_m or 0.0) - BEFORE_OVER_M, 15.0), 150.0), 1)

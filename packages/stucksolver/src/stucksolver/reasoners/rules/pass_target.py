@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from stucksolver.plan.passing_geometry import ROOM_TO_RETURN_M
-from stucksolver.reasoners.rules.observe import beside_lane_centre, is_static_like
+from stucksolver.reasoners.rules.observe import beside_lane_center, is_static_like
 from stucksolver.reasoners.rules.recent_attempts import failed_for
 from stucksolver.scene import (
     MOTOR_VEHICLES,
@@ -86,10 +86,10 @@ def group_of(scene: Scene, lead: SceneObject) -> PassTarget:
 def _only_waits(lead: SceneObject, o: SceneObject) -> bool:
     """True if a vehicle beyond an obstruction is only waiting: in its lane, without hazard or emergency lights.
 
-    An obstruction is recognized by its lights, by being off the lane's centre, or by not being a motor vehicle.
+    An obstruction is recognized by its lights, by being off the lane's center, or by not being a motor vehicle.
     """
-    obstructs = lead.kind not in MOTOR_VEHICLES or _warns(lead) or beside_lane_centre(lead)
-    return obstructs and o.kind in MOTOR_VEHICLES and not (_warns(o) or beside_lane_centre(o))
+    obstructs = lead.kind not in MOTOR_VEHICLES or _warns(lead) or beside_lane_center(lead)
+    return obstructs and o.kind in MOTOR_VEHICLES and not (_warns(o) or beside_lane_center(o))
 
 
 def _warns(o: SceneObject) -> bool:

@@ -10,7 +10,7 @@ REMEMBERED_S = 30.0
 
 
 def has_been_tried(scene: Scene, name: str) -> bool:
-    """True if a plan with this behaviour failed in the last `REMEMBERED_S`."""
+    """True if a plan with this behavior failed in the last `REMEMBERED_S`."""
     return any(name in attempt.behaviors for attempt in recent(scene))
 
 

@@ -38,7 +38,7 @@ MOST_MOVES = 4
 ASIDE_M = 0.8
 LEAST_ASIDE_M = 0.2
 LOST_M = 0.25
-"""What localisation may be off, the guard takes from the room beside the ego in its lane (m)."""
+"""What localization may be off, the guard takes from the room beside the ego in its lane (m)."""
 CLEAR_OF_M = 0.2
 SWING_OUT_M = 10.0
 STREAM_TRIES = 2
@@ -137,7 +137,7 @@ def _back_m(scene: Scene, lead: SceneObject, wanted_m: float) -> float | None:
 def prepend_moves_for_sight(scene: Scene, target: PassTarget, plan: RecoveryPlan) -> Way | None:
     """Return the same plan after moves that show more of the road: back, aside to the middle of it, and further back.
 
-    Behind a van at 5 m, some 24 m of the oncoming lane are seen from the lane's centre; at 15 m, 0.75 m aside, 188 m.
+    Behind a van at 5 m, some 24 m of the oncoming lane are seen from the lane's center; at 15 m, 0.75 m aside, 188 m.
     The pass must follow at once, because the stack by itself drives up to the van again.
     """
     lead, lane = target.objects[0], lane_of(scene, LaneRelation.EGO)

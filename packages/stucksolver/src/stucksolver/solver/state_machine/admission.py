@@ -71,7 +71,7 @@ def admit(
         view: The surroundings in road coordinates.
         now_s: The solver's own time (s).
         guard: The guard that judges the plan.
-        scene: The scene that was given to the reasoner, with the behaviours it offered.
+        scene: The scene that was given to the reasoner, with the behaviors it offered.
         history: The plans that failed before in this intervention.
         guided: True if the passenger's words ask for the plan.
         approvals: What people have approved so far.
@@ -95,10 +95,10 @@ def preview_verdict(plan: RecoveryPlan, view: FrenetScene, now_s: float, *, guar
 
 
 def check_offered(plan: RecoveryPlan, scene: Scene | None) -> Verdict | None:
-    """Refuse a behaviour, or a start of a new route, that the stack did not offer in the scene."""
+    """Refuse a behavior, or a start of a new route, that the stack did not offer in the scene."""
     if scene is None:
         return None
-    lacking = [f"behaviour {b.name} is not offered" for b in plan.behaviors if not scene.offers(b.name)]
+    lacking = [f"behavior {b.name} is not offered" for b in plan.behaviors if not scene.offers(b.name)]
     known = {w.id for w in scene.waypoints}
     starts = (plan.route_start, *(getattr(b, "route_start", None) for b in plan.behaviors))
     lacking += [f"waypoint {w} is not among the scene's" for w in starts if w is not None and w not in known]
@@ -110,7 +110,7 @@ def check_offered(plan: RecoveryPlan, scene: Scene | None) -> Verdict | None:
 
 
 def check_authorized(plan: RecoveryPlan, guard: Guard, has: Approvals) -> Verdict | None:
-    """Refuse a plan if any of its behaviours lacks an approval, even a late one: the plan would end half-way."""
+    """Refuse a plan if any of its behaviors lacks an approval, even a late one: the plan would end half-way."""
     lacking = [
         RejectReason(code=RejectCode.APPROVAL, detail=f"{name} needs a yes from the {needed.value}")
         for name in dict.fromkeys(b.name for b in plan.behaviors)

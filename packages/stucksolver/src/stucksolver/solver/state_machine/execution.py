@@ -1,4 +1,4 @@
-"""Executes an accepted plan, one behaviour after another; the guard checks it at every tick."""
+"""Executes an accepted plan, one behavior after another; the guard checks it at every tick."""
 
 from __future__ import annotations
 
@@ -378,7 +378,7 @@ class Execution:
         return phase.outcome if abs(view.ego.speed_mps) < STOPPED_MPS else stand(verdict.brake_mps2)
 
     def _direct(self, view: FrenetScene) -> Step:
-        """Return what the stack should do for the current behaviour."""
+        """Return what the stack should do for the current behavior."""
         behavior, phase = self._behavior, self.phase
         if isinstance(phase, OnLeg):
             return along_leg(phase.leg, view)

@@ -39,7 +39,7 @@ Signature = tuple[tuple[str, ...], ...]
 
 
 def signature(plan: RecoveryPlan) -> Signature:
-    """The key by which two plans count as the same: their behaviours and what they refer to, without the numbers.
+    """The key by which two plans count as the same: their behaviors and what they refer to, without the numbers.
 
     Walking pace makes a different plan: a plan that was too fast or too near may be tried again at walking pace.
     """
@@ -57,7 +57,7 @@ def _pace(behavior: Behavior) -> tuple[str, ...]:
 
 
 def _alike(first: RecoveryPlan, second: RecoveryPlan) -> bool:
-    """True for the same behaviours with numbers that hardly differ."""
+    """True for the same behaviors with numbers that hardly differ."""
     if signature(first) != signature(second):
         return False
     pairs = zip(map(_figures, first.behaviors), map(_figures, second.behaviors), strict=True)

@@ -14,7 +14,7 @@ from stucksolver.scene.frenet_scene import FrenetScene
 from stucksolver.solver.state_machine.gap_wait import STOPPED_MPS
 
 ARRIVED_M = 1.5
-"""A behaviour counts as driven at this distance before its end; a whole path at the distance that `landing_m` gives."""
+"""A behavior counts as driven at this distance before its end; a whole path at the distance that `landing_m` gives."""
 SHORT_M = 5.0
 """A path up to this long is driven in a creep for its own sake and counts as driven when a quarter is left."""
 

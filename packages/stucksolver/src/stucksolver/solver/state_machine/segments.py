@@ -1,4 +1,4 @@
-"""Groups the behaviours of a plan into the stretches that are proven as one path."""
+"""Groups the behaviors of a plan into the stretches that are proven as one path."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ Segment = tuple[Behavior, ...]
 """Behaviors that are proven as one path, or one that is proven alone."""
 
 ALONE = frozenset({Check.CREEP_SPEED, Check.WITHIN_LANE, Check.ROADSIDE, Check.STOPPING_PLACE, Check.TURNING})
-"""Behaviours with their own bounds on the whole path are proven separately."""
+"""Behaviors with their own bounds on the whole path are proven separately."""
 
 
 def segments_of(behaviors: tuple[Behavior, ...]) -> tuple[tuple[Behavior, ...], ...]:
-    """Group behaviours that follow each other without a stop, to prove them as one path; the others stay single."""
+    """Group behaviors that follow each other without a stop, to prove them as one path; the others stay single."""
     segments: list[list[Behavior]] = []
     joined = False
     for behavior in behaviors:

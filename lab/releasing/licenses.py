@@ -43,9 +43,9 @@ def declared(distribution: Distribution) -> str:
     return " AND ".join(expressions or [kind for kind in kinds if kind != "OSI Approved"] or text[:1])
 
 
-def allowed(licence: str) -> bool:
+def allowed(license: str) -> bool:
     """True if every part of a license is allowed. An empty one is not."""
-    parts = [part.strip().lower() for part in PARTS.split(licence.replace("(", "").replace(")", "")) if part.strip()]
+    parts = [part.strip().lower() for part in PARTS.split(license.replace("(", "").replace(")", "")) if part.strip()]
     return bool(parts) and all(part in ALLOWED for part in parts)
 
 
@@ -53,12 +53,12 @@ def main() -> int:
     """List the licenses in this environment; return 1 if one is missing or not allowed."""
     bad = 0
     for distribution in sorted(distributions(), key=lambda each: str(each.metadata["Name"]).lower()):
-        name, licence = distribution.metadata["Name"], declared(distribution)
+        name, license = distribution.metadata["Name"], declared(distribution)
         if name in ("pip", "setuptools"):
             continue  # part of the environment, not of our dependencies
-        fine = allowed(licence)
+        fine = allowed(license)
         bad |= not fine
-        print(f"{'ok     ' if fine else 'REFUSED'} {name} {distribution.version}: {licence or 'none declared'}")
+        print(f"{'ok     ' if fine else 'REFUSED'} {name} {distribution.version}: {license or 'none declared'}")
     return int(bad)
 
 

@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 import pytest
-from tests.localisation.drives import RIG, drive, error, standing, town
+from tests.localization.drives import RIG, drive, error, standing, town
 
-from stucksolver_perception.localization import EkfLocalizer, NotLocalisedError
+from stucksolver_perception.localization import EkfLocalizer, NotLocalizedError
 from stucksolver_perception.measurements import GnssFix, ImuSample, PoseEstimate, WheelSpeed
 
 RUNS = 6
@@ -16,9 +16,9 @@ def judged(times, profile, seconds, **more):
     """At these times of some drives: errors (runs, times, 4), NEES (runs, times), and the stated spread."""
     off, nees, spread = [], [], []
     for seed in range(RUNS):
-        for t, truth, localiser in drive(seed, profile, seconds, **more):
+        for t, truth, localizer in drive(seed, profile, seconds, **more):
             if any(abs(t - wanted) < 1e-6 for wanted in times):
-                estimate = localiser.estimate(t)
+                estimate = localizer.estimate(t)
                 off.append(error(truth, estimate))
                 nees.append(off[-1] @ np.linalg.solve(estimate.covariance, off[-1]))
                 spread.append(math.sqrt(np.trace(estimate.covariance[:2, :2])))
@@ -43,9 +43,9 @@ def test_localizer_error_after_10_s_is_small_and_consistent():
 @pytest.mark.integration
 def test_a_vehicle_that_stands_does_not_wander():
     places = []
-    for t, truth, localiser in drive(1, standing, 60.0, gyro=0.004, slope=0.4):
+    for t, truth, localizer in drive(1, standing, 60.0, gyro=0.004, slope=0.4):
         if t > 10.0:
-            estimate = localiser.estimate(t)
+            estimate = localizer.estimate(t)
             places.append(error(truth, estimate)[:3])
     places = np.array(places)
     assert np.hypot(places[:, 0], places[:, 1]).max() < 0.25
@@ -69,12 +69,12 @@ def test_localizer_without_satellites_states_growing_uncertainty():
 
 def test_fixes_ten_metres_off_are_refused_and_counted():
     worst = 0.0
-    for t, truth, localiser in drive(
+    for t, truth, localizer in drive(
         3, town, 20.0, spoilt=lambda t: 10.0 if t > 9.0 and round(t / 0.05) % 10 == 0 else 0
     ):
         if t > 9.0:
-            worst = max(worst, float(np.hypot(*error(truth, localiser.estimate(t))[:2])))
-    assert localiser.refused_fixes >= 22
+            worst = max(worst, float(np.hypot(*error(truth, localizer.estimate(t))[:2])))
+    assert localizer.refused_fixes >= 22
     assert worst < 1.0
 
 
@@ -82,10 +82,10 @@ def test_fixes_ten_metres_off_are_refused_and_counted():
 def test_fixes_that_contradict_each_other_are_not_used(spread_m):
     """All of them jump, so most are off by more than the gate allows, and some are within it by chance."""
     rng, worst, doubted = np.random.default_rng(7), 0.0, []
-    for t, truth, localiser in drive(7, town, 40.0, spoilt=lambda t: rng.normal(0.0, spread_m) if t > 9.0 else 0.0):
-        doubted.append((t, localiser.doubts_fixes))
+    for t, truth, localizer in drive(7, town, 40.0, spoilt=lambda t: rng.normal(0.0, spread_m) if t > 9.0 else 0.0):
+        doubted.append((t, localizer.doubts_fixes))
         if t > 9.0:
-            worst = max(worst, float(np.hypot(*error(truth, localiser.estimate(t))[:2])))
+            worst = max(worst, float(np.hypot(*error(truth, localizer.estimate(t))[:2])))
     assert not any(doubts for t, doubts in doubted if t < 9.0)
     assert all(doubts for t, doubts in doubted if t > 11.0)
     assert worst < 3.0
@@ -93,28 +93,28 @@ def test_fixes_that_contradict_each_other_are_not_used(spread_m):
 
 def test_fixes_are_used_again_when_they_agree():
     rng = np.random.default_rng(8)
-    for t, truth, localiser in drive(8, town, 40.0, spoilt=lambda t: rng.normal(0.0, 8.0) if 9.0 < t < 25.0 else 0.0):  # noqa: B007
+    for t, truth, localizer in drive(8, town, 40.0, spoilt=lambda t: rng.normal(0.0, 8.0) if 9.0 < t < 25.0 else 0.0):  # noqa: B007
         pass
-    assert not localiser.doubts_fixes
-    assert np.hypot(*error(truth, localiser.estimate(t))[:2]) < 0.8
+    assert not localizer.doubts_fixes
+    assert np.hypot(*error(truth, localizer.estimate(t))[:2]) < 0.8
 
 
 def test_localizer_lost_recovers_when_all_fixes_disagree():
     """A lost filter recovers when all fixes disagree with it."""
     wrong = PoseEstimate(0.0, 50.0, 0.0, 0.0, 0.0, 0.0, 0.0, np.diag([0.1, 0.1, 0.01, 0.01]))
-    localiser = EkfLocalizer(RIG, wrong)
+    localizer = EkfLocalizer(RIG, wrong)
     rng = np.random.default_rng(4)
     for k in range(200):
         t = 0.05 * (k + 1)
-        localiser.imu(ImuSample(t, (0.0, 0.0, 9.81), (0.0, 0.0, 0.0), 0.0))
-        localiser.gnss(GnssFix(t, rng.normal(0, 0.55), rng.normal(0, 0.55), 0.0))
-    assert abs(localiser.estimate(10.0).x_m) < 1.0
+        localizer.imu(ImuSample(t, (0.0, 0.0, 9.81), (0.0, 0.0, 0.0), 0.0))
+        localizer.gnss(GnssFix(t, rng.normal(0, 0.55), rng.normal(0, 0.55), 0.0))
+    assert abs(localizer.estimate(10.0).x_m) < 1.0
 
 
 def test_the_offsets_are_found_while_it_stands():
-    for t, _, localiser in drive(5, standing, 5.0, gyro=0.008):
-        last = localiser.estimate(t)
-    assert localiser.stands
+    for t, _, localizer in drive(5, standing, 5.0, gyro=0.008):
+        last = localizer.estimate(t)
+    assert localizer.stands
     assert abs(last.yaw_rate_rps) < 0.004
     assert abs(last.speed_mps) < 0.01
 
@@ -123,30 +123,30 @@ def test_a_vehicle_that_creeps_does_not_count_as_standing():
     def creeping(_, speed):
         return (0.5 if speed < 0.15 else 0.0), 0.0
 
-    for t, truth, localiser in drive(6, creeping, 10.0):  # noqa: B007
-        last = localiser.estimate(t)
-    assert not localiser.stands
+    for t, truth, localizer in drive(6, creeping, 10.0):  # noqa: B007
+        last = localizer.estimate(t)
+    assert not localizer.stands
     assert last.speed_mps == pytest.approx(truth[3], abs=0.05)
 
 
 def test_localizer_without_fix_or_compass_names_missing_input():
     """Before the first fix and the first compass value there is no pose, and the error names what is missing."""
-    localiser = EkfLocalizer(RIG)
-    with pytest.raises(NotLocalisedError, match="a fix"):
-        localiser.estimate(0.0)
-    localiser.gnss(GnssFix(0.0, 3.0, 4.0, 0.0))
-    with pytest.raises(NotLocalisedError, match="compass"):
-        localiser.estimate(0.0)
-    localiser.imu(ImuSample(0.0, (0.0, 0.0, 9.81), (0.0, 0.0, 0.0), 1.2))
-    estimate = localiser.estimate(0.0)
+    localizer = EkfLocalizer(RIG)
+    with pytest.raises(NotLocalizedError, match="a fix"):
+        localizer.estimate(0.0)
+    localizer.gnss(GnssFix(0.0, 3.0, 4.0, 0.0))
+    with pytest.raises(NotLocalizedError, match="compass"):
+        localizer.estimate(0.0)
+    localizer.imu(ImuSample(0.0, (0.0, 0.0, 9.81), (0.0, 0.0, 0.0), 1.2))
+    estimate = localizer.estimate(0.0)
     assert (estimate.x_m, estimate.y_m, estimate.yaw_rad) == pytest.approx((3.0, 4.0, 1.2))
 
 
 def test_localizer_later_estimate_extrapolates_and_keeps_filter():
     """An estimate for later goes on with the speed and leaves the filter unchanged."""
     start = PoseEstimate(0.0, 0.0, 0.0, 0.0, 0.0, 10.0, 0.0, np.diag([0.01, 0.01, 1e-4, 0.01]))
-    localiser = EkfLocalizer(RIG, start)
-    localiser.wheel(WheelSpeed(0.0, 10.0))
-    assert localiser.estimate(0.2).x_m == pytest.approx(2.0, abs=0.01)
-    assert localiser.estimate(0.2).covariance[0, 0] > localiser.estimate(0.0).covariance[0, 0]
-    assert localiser.estimate(0.0).x_m == pytest.approx(0.0, abs=1e-9)
+    localizer = EkfLocalizer(RIG, start)
+    localizer.wheel(WheelSpeed(0.0, 10.0))
+    assert localizer.estimate(0.2).x_m == pytest.approx(2.0, abs=0.01)
+    assert localizer.estimate(0.2).covariance[0, 0] > localizer.estimate(0.0).covariance[0, 0]
+    assert localizer.estimate(0.0).x_m == pytest.approx(0.0, abs=1e-9)
