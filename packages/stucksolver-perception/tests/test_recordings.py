@@ -152,7 +152,7 @@ def test_recordings_are_found_beneath_a_folder_or_as_the_folder_itself(drive):
 
 
 def test_a_folder_without_recordings_is_named_with_the_remedy(tmp_path):
-    with pytest.raises(RecordingError, match=r"no recordings found; make some with `stucksolver perception"):
+    with pytest.raises(RecordingError, match=r"no recordings found; make some with `python -m lab perception"):
         recordings(tmp_path)
 
 

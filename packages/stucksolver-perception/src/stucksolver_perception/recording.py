@@ -201,7 +201,7 @@ def recordings(folder: Path) -> list[Recording]:
         return [Recording(folder)]
     readers = [Recording(file.parent) for file in sorted(folder.glob("**/drive.json"))]
     if not readers:
-        raise RecordingError(f"{folder}: no recordings found; make some with `stucksolver perception collect`")
+        raise RecordingError(f"{folder}: no recordings found; make some with `python -m lab perception collect`")
     return readers
 
 
