@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from tests.localisation.drives import RIG, drive, error, standing, town
 
-from stucksolver_perception.localization import EkfLocalizer, NotLocalisedError
+from stucksolver_perception.localization import EkfLocalizer, NotLocalizedError
 from stucksolver_perception.measurements import GnssFix, ImuSample, PoseEstimate, WheelSpeed
 
 RUNS = 6
@@ -71,7 +71,7 @@ def test_fixes_ten_metres_off_are_refused_and_counted():
     ):
         if t > 9.0:
             worst = max(worst, float(np.hypot(*error(truth, localiser.estimate(t))[:2])))
-    assert localiser.refused_fixes >= 22
+    assert localiser.rejected_fixes >= 22
     assert worst < 1.0
 
 
@@ -127,10 +127,10 @@ def test_a_vehicle_that_creeps_does_not_count_as_standing():
 
 def test_before_the_first_fix_and_the_first_compass_there_is_no_pose_and_it_says_what_is_missing():
     localiser = EkfLocalizer(RIG)
-    with pytest.raises(NotLocalisedError, match="a fix"):
+    with pytest.raises(NotLocalizedError, match="a fix"):
         localiser.estimate(0.0)
     localiser.gnss(GnssFix(0.0, 3.0, 4.0, 0.0))
-    with pytest.raises(NotLocalisedError, match="compass"):
+    with pytest.raises(NotLocalizedError, match="compass"):
         localiser.estimate(0.0)
     localiser.imu(ImuSample(0.0, (0.0, 0.0, 9.81), (0.0, 0.0, 0.0), 1.2))
     estimate = localiser.estimate(0.0)
