@@ -143,7 +143,7 @@ class MirrorLight:
 
     def get_stop_waypoints(self) -> list[Any]:
         """Return the waypoints of the light's stop lines that lie on a road."""
-        waypoints = [waypoint_at(self._world.map, place) for place in self._places]
+        waypoints = [waypoint_at(self._world.map, position) for position in self._places]
         return [waypoint for waypoint in waypoints if waypoint is not None]
 
     def get_state(self) -> Any:

@@ -94,9 +94,9 @@ def with_noise(detections: Detections, pose: PoseEstimate) -> NoisyDetections:
     across = np.hypot(VELOCITY_ACROSS_MPS[detections.label], 2.0 * YAW_RAD * along)
     noise[:, 4:, 4:] = _along_and_across(along, across, z[:, 3])
     noise[:, 4:, 4:] += pose.covariance[3, 3] * np.outer(heading, heading)
-    known = np.zeros(n, np.bool_) if detections.height_known is None else detections.height_known
+    height_known = np.zeros(n, np.bool_) if detections.height_known is None else detections.height_known
     return NoisyDetections(
-        detections.time_s, detections.label, detections.score, z, noise, detections.size, known, distance
+        detections.time_s, detections.label, detections.score, z, noise, detections.size, height_known, distance
     )
 
 

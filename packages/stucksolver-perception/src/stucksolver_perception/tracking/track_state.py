@@ -308,8 +308,8 @@ def _add_sample(state: TrackState, detections: NoisyDetections, i: int) -> None:
     state.votes[_vote_label(state, int(detections.label[i]))] += detections.score[i]
     noise, z = detections.noise[i], detections.z[i]
     state.samples[:-1] = state.samples[1:]
-    place, speed = (noise[0, 0] + noise[1, 1]) / 2.0, (noise[4, 4] + noise[5, 5]) / 2.0
-    state.samples[-1] = detections.time_s, z[0], z[1], z[4], z[5], place, speed
+    position_variance, velocity_variance = (noise[0, 0] + noise[1, 1]) / 2.0, (noise[4, 4] + noise[5, 5]) / 2.0
+    state.samples[-1] = detections.time_s, z[0], z[1], z[4], z[5], position_variance, velocity_variance
 
 
 def _vote_label(state: TrackState, label: int) -> int:
