@@ -75,7 +75,7 @@ def test_what_listens_where_carla_would_is_asked_whether_it_is_carla(monkeypatch
         other.bind(("127.0.0.1", 0))
         other.listen()
         monkeypatch.setattr(checks, "CARLA_PORT", other.getsockname()[1])
-        monkeypatch.setattr(checks, "SERVER_ANSWERS_S", 0.3)
+        monkeypatch.setattr(checks, "ANSWER_LIMIT_S", 0.3)
         [found] = checks._server()
     assert found.state == "broken" and "--port" in found.remedy
     monkeypatch.setattr(checks, "CARLA_PORT", 9)
