@@ -93,10 +93,10 @@ class MirrorWorld:
         """Return the light states of all vehicles by id; asks the other side."""
         return {int(i): state for i, state in (self._ask("vehicle_lights") or {}).items()}
 
-    # ---- asked for once a tick
+    # ---- requested once per tick
 
     def actors(self) -> dict[int, MirrorActor]:
-        """The moving actors of this tick, by id."""
+        """Return the moving actors of this tick, by id."""
         self.request_actors()
         return self._actors
 

@@ -192,7 +192,7 @@ def _excess_variance(
     first = np.diff(velocity, axis=1) ** 2 / (2.0 * np.maximum(1e-9, samples[:, 1:, 6, None]))
     results = []
     for squares, has_neighbors in ((second, is_valid[:, :-2]), (first, is_valid[:, :-1])):
-        looks = has_neighbors.sum(1)
+        count = has_neighbors.sum(1)
         total = (squares.mean(-1) * has_neighbors).sum(1)
-        results.append(np.maximum(1.0, (PRIOR_SAMPLES + total) / (PRIOR_SAMPLES + looks)))
+        results.append(np.maximum(1.0, (PRIOR_SAMPLES + total) / (PRIOR_SAMPLES + count)))
     return results[0], results[1]

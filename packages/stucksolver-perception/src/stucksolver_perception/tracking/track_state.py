@@ -216,7 +216,7 @@ def stop_moving(state: TrackState, since_s: float) -> None:
 
 
 def predict(state: TrackState, time_s: float, ego_is_stopped: bool = False) -> None:
-    """Predict a body to a time. `ego_is_stopped`: the ego stands, so that its pose does not drift."""
+    """Predict a track to a time (s). While the ego is stopped, its pose does not drift."""
     from filterpy.kalman import predict as kalman_predict  # type: ignore[import-untyped]
 
     is_stationary = state.motion is MotionState.STANDING
