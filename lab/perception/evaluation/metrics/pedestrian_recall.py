@@ -8,7 +8,7 @@ import numpy as np
 
 from lab.perception.evaluation.metrics.matching import TruthObjects
 from stucksolver_perception.free_space import EGO_HALF_LENGTH_M, within
-from stucksolver_perception.lidar.refinement.unexplained_returns import AHEAD_M, ASIDE_M
+from stucksolver_perception.lidar.refinement.unexplained_returns import AHEAD_M, LATERAL_M
 from stucksolver_perception.lidar_labels import LABELS
 from stucksolver_perception.measurements import Detections
 
@@ -51,5 +51,5 @@ def coverage(found: Detections, reals: TruthObjects) -> PedestrianRecall:
     sure = found.score >= LEAST_SCORE
     bodies = np.column_stack([found.center[:, :2], found.yaw, found.size[:, :2] / 2.0])[sure]
     covered = within(bodies, x, y, MARGIN_M, MARGIN_M)
-    ahead = (x > EGO_HALF_LENGTH_M) & (x < AHEAD_M) & (np.abs(y) < ASIDE_M)
+    ahead = (x > EGO_HALF_LENGTH_M) & (x < AHEAD_M) & (np.abs(y) < LATERAL_M)
     return PedestrianRecall(len(x), int(covered.sum()), int(ahead.sum()), int((covered & ahead).sum()))

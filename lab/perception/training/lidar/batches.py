@@ -12,7 +12,7 @@ import torch
 from torch import Tensor
 
 from lab.perception.training.lidar.data import BOX, IGNORED, SweepWindows
-from stucksolver_perception.lidar.sweeps import CELL_M, CELLS, FLAT_M, LOW_M, MOST_POINTS, RECENT_S
+from stucksolver_perception.lidar.sweeps import CELL_M, CELLS, FLAT_M, LOW_M, MAX_POINTS, RECENT_S
 from stucksolver_perception.recording import CENTIMETERS_PER_M
 
 NO_BOX = -2
@@ -109,7 +109,7 @@ class WindowStore:
 
 
 def _uneven(points: Tensor, slot: Tensor, slots: int) -> Tensor:
-    """Return `stucksolver_perception.lidar.sweeps.uneven` for points (n, 3; centimeters) of several sweeps."""
+    """`stucksolver_perception.lidar.sweeps.is_uneven` for points (n, 3; centimeters) of several sweeps."""
     place = points[:, :2].float() / CENTIMETERS_PER_M / torch.tensor(CELL_M, device=points.device)
     place = (torch.floor(place) + CELLS // 2).clamp(0, CELLS - 1).long()
     cell, z = (slot * CELLS + place[:, 0]) * CELLS + place[:, 1], points[:, 2].float()
@@ -125,7 +125,7 @@ def _thinned(old: Tensor, window: Tensor, slot: Tensor, windows: int) -> Tensor:
     """Return which points stay: older sweeps are subsampled with a fixed step, as in `SweepBuffer`."""
     counts = torch.zeros(windows, 2, dtype=torch.int64, device=old.device)
     counts.view(-1).index_add_(0, 2 * window + old.long(), torch.ones_like(window))
-    room = (MOST_POINTS - counts[:, 0]).clamp(min=1)
+    room = (MAX_POINTS - counts[:, 0]).clamp(min=1)
     step = ((counts[:, 1] + room - 1) // room).clamp(min=1)
     place = torch.arange(len(slot), device=old.device)
     sizes = torch.bincount(slot)

@@ -15,7 +15,7 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from lab.training.restore import Layer, Modules, restored_by
-from stucksolver_perception.lidar.decode import REGRESSED
+from stucksolver_perception.lidar.decode import REGRESSION_SIZE
 from stucksolver_perception.lidar.grid import GRID, BevGrid
 from stucksolver_perception.lidar.pillars import FEATURES
 from stucksolver_perception.lidar_labels import LABELS
@@ -80,7 +80,7 @@ class PillarNet(nn.Module):
         self.third_up, self.mix = _up(c, b), _convolution(b, b)
         self.second_up, self.head = _up(b, a), _convolution(a, HEAD_WIDTH)
         self.heat = nn.Conv2d(HEAD_WIDTH, len(LABELS), 1)
-        self.box = nn.Conv2d(HEAD_WIDTH, REGRESSED, 1)
+        self.box = nn.Conv2d(HEAD_WIDTH, REGRESSION_SIZE, 1)
         nn.init.constant_(self.heat.bias, PRIOR_LOGIT)
 
     def forward(self, features: Tensor, cell: Tensor, windows: int) -> tuple[Tensor, Tensor]:
@@ -138,7 +138,7 @@ def strongest(heat: Tensor, box: Tensor) -> tuple[Tensor, Tensor, Tensor, Tensor
     logit, index = torch.topk(peaks, STRONGEST)
     cells = heat.shape[2] * heat.shape[3]
     cell = index % cells
-    regressed = box.reshape(REGRESSED, cells).transpose(0, 1)[cell]
+    regressed = box.reshape(REGRESSION_SIZE, cells).transpose(0, 1)[cell]
     return logit, torch.div(index, cells, rounding_mode="floor"), cell, regressed
 
 

@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 from stucksolver_perception.lidar.grid import EGO_HALF_LENGTH_M, EGO_HALF_WIDTH_M, GRID, BevGrid
-from stucksolver_perception.lidar.pillars import FAR_M, OLD_S, TALL_M
+from stucksolver_perception.lidar.pillars import AGE_UNIT_S, DISTANCE_UNIT_M, HEIGHT_UNIT_M
 
 
 def pillars(points: Tensor, window: Tensor, grid: BevGrid = GRID) -> tuple[Tensor, Tensor]:
@@ -26,12 +26,12 @@ def pillars(points: Tensor, window: Tensor, grid: BevGrid = GRID) -> tuple[Tenso
         [
             (x - (column_x + 0.5) * side - grid.x_min_m) / (side / 2),
             (y - (column_y + 0.5) * side - grid.y_min_m) / (side / 2),
-            points[:, 2] / TALL_M,
+            points[:, 2] / HEIGHT_UNIT_M,
             points[:, 3],
-            points[:, 4] / OLD_S,
-            x / FAR_M,
-            y / FAR_M,
-            torch.sqrt(x * x + y * y) / FAR_M,
+            points[:, 4] / AGE_UNIT_S,
+            x / DISTANCE_UNIT_M,
+            y / DISTANCE_UNIT_M,
+            torch.sqrt(x * x + y * y) / DISTANCE_UNIT_M,
         ],
         dim=1,
     )

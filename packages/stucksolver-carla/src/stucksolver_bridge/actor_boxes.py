@@ -66,9 +66,9 @@ class ActorBoxes:
             actor = snapshot.find(actor_id)
             if actor is None:
                 continue
-            place = placed_box(body, actor)
-            if abs(place.x - x) < range_m and abs(place.y - y) < range_m:
-                nearby.append(place)
+            box = placed_box(body, actor)
+            if abs(box.x - x) < range_m and abs(box.y - y) < range_m:
+                nearby.append(box)
         return nearby
 
     def _box_of(self, actor: Any) -> BridgeActorBox | None:

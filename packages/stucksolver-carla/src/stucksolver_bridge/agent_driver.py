@@ -143,10 +143,10 @@ class AgentDriver:
         here = self._map.get_waypoint(self.vehicle.get_location())
         if here is None or here.transform.location.distance(first.transform.location) < REJOIN_M:
             return []
-        way = _waypoints_between(here, first, "lane_follow")
-        last = way[-1].waypoint.transform.location if way else here.transform.location
+        waypoints = _waypoints_between(here, first, "lane_follow")
+        last = waypoints[-1].waypoint.transform.location if waypoints else here.transform.location
         arrives = last.distance(first.transform.location) < 2.0 * MAX_SPACING_M
-        return [(point.waypoint, self._lane_follow) for point in way] if arrives else []
+        return [(point.waypoint, self._lane_follow) for point in waypoints] if arrives else []
 
     def _set_route(self, plan: Sequence[tuple[Any, Any]]) -> None:
         self._route = densified_route(plan) if len(plan) > 1 else []
@@ -178,9 +178,9 @@ class AgentDriver:
         """
         line = PathLine(path)
         self._keep_plan()
-        place = self.vehicle.get_location()
+        location = self.vehicle.get_location()
         self._line, self._reverse, self._ignore = line, reverse, frozenset(ignore)
-        self._s = line.project(place.x, place.y, 0.0, reach_m=line.length_m)
+        self._s = line.project(location.x, location.y, 0.0, reach_m=line.length_m)
         self._braking = None
 
     def hold(self, brake_mps2: float | None = None) -> None:

@@ -61,9 +61,9 @@ def check_agent(agent: Any) -> None:
     if planner is not None and not (hasattr(planner, "get_plan") or hasattr(planner, "_waypoints_queue")):
         missing.append("get_plan")
     if missing:
-        where = inspect.getfile(type(agent))
+        file = inspect.getfile(type(agent))
         raise AgentsError(
-            f"the BehaviorAgent of {where} has no {missing[0]}; use CARLA's `agents` of 0.9.12 or later, or an agent "
+            f"the BehaviorAgent of {file} has no {missing[0]}; use CARLA's `agents` of 0.9.12 or later, or an agent "
             "with the same methods"
         )
 

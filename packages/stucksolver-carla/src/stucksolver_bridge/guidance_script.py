@@ -23,6 +23,8 @@ class GuidancePlayer:
         if speed_mps >= STOPPED_MPS:
             self._moved_s = time_s
         values = {"time_s": time_s, "place_m": place_m, "stopped_s": time_s - self._moved_s}
-        due_lines = [line for line in self._pending if all(values[name] >= at for name, at in line["when"].items())]
+        due_lines = [
+            line for line in self._pending if all(values[name] >= threshold for name, threshold in line["when"].items())
+        ]
         self._pending = [line for line in self._pending if line not in due_lines]
         return [str(line["say"][0]) for line in due_lines]

@@ -62,11 +62,11 @@ class ObstacleExposingActors:
 
     def filter(self, pattern: str) -> Any:
         """Return the result of CARLA's filter. Vehicles are returned together with the obstacles, nearest first."""
-        found = self._actors.filter(pattern)
+        actors = self._actors.filter(pattern)
         if pattern != VEHICLES:
-            return found
+            return actors
         here = self._vehicle.get_location()
-        return sorted([*found, *self._obstacles()], key=lambda actor: float(here.distance(actor.get_location())))
+        return sorted([*actors, *self._obstacles()], key=lambda actor: float(here.distance(actor.get_location())))
 
     def find(self, actor_id: int) -> Any:
         """Return the actor with this id; None if it does not exist."""

@@ -182,8 +182,8 @@ class RecoveryClient(SolverClient):
 
     def _path_position(self) -> tuple[float, float]:
         """Return the ego's position in the frame of a directive's path: y to the left."""
-        place = self._vehicle.get_location()
-        return float(place.x), -float(place.y)
+        location = self._vehicle.get_location()
+        return float(location.x), -float(location.y)
 
     def _set_lights(self, state: int) -> None:
         self._vehicle.set_light_state(self._carla.VehicleLightState(state))

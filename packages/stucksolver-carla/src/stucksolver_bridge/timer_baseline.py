@@ -105,8 +105,8 @@ class TimerBaseline:
             self._on_event({"time_s": now, "kind": kind, "text": text, "verdict": None})
 
     def _back_up_path(self) -> list[tuple[float, float, float]]:
-        place = self._vehicle.get_transform()
-        yaw, x, y = math.radians(place.rotation.yaw), place.location.x, place.location.y
+        transform = self._vehicle.get_transform()
+        yaw, x, y = math.radians(transform.rotation.yaw), transform.location.x, transform.location.y
         return [(x - k * math.cos(yaw), y - k * math.sin(yaw), REVERSE_MPS) for k in range(int(REVERSE_M) + 1)]
 
     def _lane_shift_path(self, side: float) -> list[tuple[float, float, float]]:

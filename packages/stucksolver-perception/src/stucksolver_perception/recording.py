@@ -211,7 +211,7 @@ def _packed(ticks: Sequence[Recorded]) -> dict[str, Any]:
     truths = [tick.truth for tick in ticks]
     lit = [(i, tick.lights) for i, tick in enumerate(ticks) if tick.lights is not None]
     heads = [head for _, lights in lit for head in lights.heads]
-    drawn = [(i, tick.jpeg) for i, tick in enumerate(ticks) if tick.jpeg is not None]
+    images = [(i, tick.jpeg) for i, tick in enumerate(ticks) if tick.jpeg is not None]
     masks = [(i, tick.instances) for i, tick in enumerate(ticks) if tick.instances is not None]
     packed: dict[str, Any] = {
         "time_s": np.array([tick.time_s for tick in ticks]),
@@ -237,9 +237,9 @@ def _packed(ticks: Sequence[Recorded]) -> dict[str, Any]:
         "lights": np.array([len(lights.light_id) for _, lights in lit], np.int64),
         "heads": np.concatenate([np.zeros((0, 7)), *heads]).astype(np.float32),
         "headed": np.array([len(head) for head in heads], np.int64),
-        "drawn": np.array([i for i, _ in drawn], np.int64),
-        "jpeg": np.frombuffer(b"".join(jpeg for _, jpeg in drawn), np.uint8),
-        "jpegs": np.array([len(jpeg) for _, jpeg in drawn], np.int64),
+        "drawn": np.array([i for i, _ in images], np.int64),
+        "jpeg": np.frombuffer(b"".join(jpeg for _, jpeg in images), np.uint8),
+        "jpegs": np.array([len(jpeg) for _, jpeg in images], np.int64),
         "masked": np.array([i for i, _ in masks], np.int64),
     }
     for i, mask in masks:

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from stucksolver_perception.lidar.decode import GROUPS, REGRESSED, Calibration, boxes_of, decode, suppressed
+from stucksolver_perception.lidar.decode import GROUPS, REGRESSION_SIZE, Calibration, boxes_of, decode, suppressed
 from stucksolver_perception.lidar.grid import GRID
 from stucksolver_perception.lidar_labels import LABELS
 
@@ -52,7 +52,7 @@ def test_every_label_has_a_group() -> None:
 
 
 def test_scores_are_calibrated_and_weak_ones_left_out() -> None:
-    told = np.zeros((3, REGRESSED), np.float32)
+    told = np.zeros((3, REGRESSION_SIZE), np.float32)
     told[:, 7] = 1.0
     slope, shift = (2.0,) * len(LABELS), (1.0,) * len(LABELS)
     calibration = Calibration(slope, shift, (0.5,) * len(LABELS))
@@ -64,7 +64,9 @@ def test_scores_are_calibrated_and_weak_ones_left_out() -> None:
 
 def test_no_cells_are_no_detections() -> None:
     nothing = np.zeros(0, np.int64)
-    found = decode(np.zeros(0, np.float32), nothing, nothing, np.zeros((0, REGRESSED), np.float32), 0.0, EVERYTHING)
+    found = decode(
+        np.zeros(0, np.float32), nothing, nothing, np.zeros((0, REGRESSION_SIZE), np.float32), 0.0, EVERYTHING
+    )
     assert len(found) == 0
     assert found.center.shape == (0, 3)
 

@@ -13,7 +13,7 @@ from stucksolver_perception.lidar.detector import DATA, WEIGHTS, LidarDetector
 from stucksolver_perception.lidar_labels import LABELS
 from stucksolver_perception.measurements import Detections, Floats, PoseEstimate
 from stucksolver_perception.tracking import ObjectTracker
-from stucksolver_perception.tracking.noise import measured
+from stucksolver_perception.tracking.noise import with_noise
 
 if not (DATA / WEIGHTS).is_file():
     pytest.skip("no LiDAR network has been trained for this checkout", allow_module_level=True)
@@ -91,11 +91,11 @@ def test_tracker_noise_covers_velocity_error_of_one_look(
     """The tracker allows for the error of the velocity of a look."""
     ticks = [np.array([car(12.0, -3.5), car(8.0 + 8.0 * TICK_S * i, 3.5)]) for i in range(TICKS)]
     found = sure(detector.detect(seconds(ticks), 0.45))
-    allowed = np.sqrt(measured(found, AT_REST).noise[:, 4, 4])
+    allowed = np.sqrt(with_noise(found, AT_REST).noise[:, 4, 4])
     by_side = {y > 0.0: i for i, y in enumerate(found.center[:, 1])}
     assert abs(found.velocity[by_side[True], 0] - 8.0) < 2.0 * allowed[by_side[True]]
     assert abs(found.velocity[by_side[False], 0]) < 2.0 * allowed[by_side[False]]
-    sideways = np.sqrt(measured(found, AT_REST).noise[:, 5, 5])
+    sideways = np.sqrt(with_noise(found, AT_REST).noise[:, 5, 5])
     assert (np.abs(found.velocity[:, 1]) < 2.0 * sideways).all()
 
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stucksolver_perception.lidar.sweeps import SweepBuffer, uneven
+from stucksolver_perception.lidar.sweeps import SweepBuffer, is_uneven
 from stucksolver_perception.measurements import Floats, LidarSweep, PoseEstimate, Singles
 
 AWAY_M = st.floats(-50, 50)
@@ -65,12 +65,11 @@ def test_uneven_keeps_high_points_when_flat_or_alone() -> None:
     roof_and_head = np.array(
         [[10, 0, 1.5, 0.2], [10.1, 0, 1.5, 0.2], [30, 9, 1.7, 0.2], [500, 9, 1.7, 0.2]], np.float32
     )
-    assert uneven(roof_and_head).all()
+    assert is_uneven(roof_and_head).all()
 
 
-def test_sweep_buffer_above_limit_thins_older_points() -> None:
-    """More points than allowed are thinned out among the older ones."""
-    buffer = SweepBuffer(most_points=2500)
+def test_more_points_than_allowed_are_thinned_out_among_the_older_ones() -> None:
+    buffer = SweepBuffer(max_points=2500)
     for i in range(10):
         buffer.add(LidarSweep(0.05 * i, np.ones((1000, 4), np.float32)), pose(0.05 * i))
     ages = buffer.gather(pose(0.45))[:, 4]
@@ -85,5 +84,5 @@ def test_nothing_swept_is_no_points() -> None:
 def test_a_sweep_out_of_order_is_refused() -> None:
     buffer = SweepBuffer()
     buffer.add(LidarSweep(1.0, np.ones((1, 4), np.float32)), pose(1.0))
-    with pytest.raises(ValueError, match=r"0\.500 s came after one of 1\.000 s"):
+    with pytest.raises(ValueError, match=r"0\.500 s after one of 1\.000 s"):
         buffer.add(LidarSweep(0.5, np.ones((1, 4), np.float32)), pose(0.5))

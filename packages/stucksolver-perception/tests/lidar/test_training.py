@@ -47,11 +47,11 @@ def test_training_and_detector_make_the_same_pillars() -> None:
 
 @pytest.mark.parametrize("most", [60_000, 4_800])
 def test_training_and_detector_gather_the_same_points(folder: Path, most: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(batches, "MOST_POINTS", most)
+    monkeypatch.setattr(batches, "MAX_POINTS", most)
     windows = load([folder], jobs=1)
     last = len(windows) - 1
     ours = batches.WindowStore(windows, torch.device("cpu")).batch(torch.tensor([last]), vary=False).points.numpy()
-    buffer = SweepBuffer(most_points=most)
+    buffer = SweepBuffer(max_points=most)
     for tick in list(Recording(folder))[: windows.history[last, 0] + 1]:
         now = PoseEstimate(tick.time_s, *tick.pose[:4].tolist(), 0.0, 0.0, np.eye(4))
         buffer.add(LidarSweep(tick.time_s, tick.sweep.points), now)

@@ -74,7 +74,7 @@ def test_fixes_ten_metres_off_are_refused_and_counted():
     ):
         if t > 9.0:
             worst = max(worst, float(np.hypot(*error(truth, localizer.estimate(t))[:2])))
-    assert localizer.refused_fixes >= 22
+    assert localizer.rejected_fixes >= 22
     assert worst < 1.0
 
 
@@ -129,8 +129,7 @@ def test_a_vehicle_that_creeps_does_not_count_as_standing():
     assert last.speed_mps == pytest.approx(truth[3], abs=0.05)
 
 
-def test_localizer_without_fix_or_compass_names_missing_input():
-    """Before the first fix and the first compass value there is no pose, and the error names what is missing."""
+def test_before_the_first_fix_and_the_first_compass_there_is_no_pose_and_it_says_what_is_missing():
     localizer = EkfLocalizer(RIG)
     with pytest.raises(NotLocalizedError, match="a fix"):
         localizer.estimate(0.0)

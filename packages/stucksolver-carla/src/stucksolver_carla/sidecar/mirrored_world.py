@@ -93,10 +93,10 @@ class MirrorWorld:
         """Return the light states of all vehicles by id; asks the other side."""
         return {int(i): state for i, state in (self._ask("vehicle_lights") or {}).items()}
 
-    # ---- asked for once a tick
+    # ---- requested once per tick
 
     def actors(self) -> dict[int, MirrorActor]:
-        """The moving actors of this tick, by id."""
+        """Return the moving actors of this tick, by id."""
         self.request_actors()
         return self._actors
 
@@ -143,7 +143,7 @@ class MirrorLight:
 
     def get_stop_waypoints(self) -> list[Any]:
         """Return the waypoints of the light's stop lines that lie on a road."""
-        waypoints = [waypoint_at(self._world.map, place) for place in self._places]
+        waypoints = [waypoint_at(self._world.map, position) for position in self._places]
         return [waypoint for waypoint in waypoints if waypoint is not None]
 
     def get_state(self) -> Any:

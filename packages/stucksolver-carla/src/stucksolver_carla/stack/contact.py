@@ -42,8 +42,8 @@ class EgoFootprint(NamedTuple):
 def footprint(vehicle: EgoVehicle) -> EgoFootprint:
     """Return the footprint of the ego."""
     transform, velocity, half = vehicle.get_transform(), vehicle.get_velocity(), vehicle.bounding_box.extent
-    place, yaw = transform.location, math.radians(transform.rotation.yaw)
-    return EgoFootprint(place.x, place.y, place.z, yaw, float(half.x), float(half.y), velocity.x, velocity.y)
+    location, yaw = transform.location, math.radians(transform.rotation.yaw)
+    return EgoFootprint(location.x, location.y, location.z, yaw, float(half.x), float(half.y), velocity.x, velocity.y)
 
 
 class PushDetector:

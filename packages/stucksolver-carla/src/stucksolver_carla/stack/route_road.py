@@ -157,10 +157,10 @@ def _resampled(waypoints: list[carla.Waypoint]) -> tuple[list[tuple[Any, float, 
     """
     points = np.array([to_local(w.transform.location) for w in waypoints])
     arc = arc_lengths(points)
-    at = np.arange(0.0, arc[-1] + 1e-6, SPACING_M)
-    x, y = np.interp(at, arc, points[:, 0]), np.interp(at, arc, points[:, 1])
+    stations = np.arange(0.0, arc[-1] + 1e-6, SPACING_M)
+    x, y = np.interp(stations, arc, points[:, 0]), np.interp(stations, arc, points[:, 1])
     heading = np.arctan2(np.gradient(y), np.gradient(x))
-    nearest = np.clip(np.searchsorted(arc, at), 0, len(waypoints) - 1)
+    nearest = np.clip(np.searchsorted(arc, stations), 0, len(waypoints) - 1)
     line = [(waypoints[k], float(a), float(b), float(h)) for k, a, b, h in zip(nearest, x, y, heading, strict=True)]
     return line, arc.tolist()
 
@@ -206,12 +206,12 @@ def _strips(stations: Sequence[Sequence[tuple[str, AdjacentLane]]], limit: float
     return sorted(strips, key=lambda s: abs(s.offset_m[0]))
 
 
-def _name(place: int, kind: LaneKind, direction: LaneDirection) -> str:
-    if place == 0:
+def _name(number: int, kind: LaneKind, direction: LaneDirection) -> str:
+    if number == 0:
         return "own"
-    side = "left" if place > 0 else "right"
+    side = "left" if number > 0 else "right"
     kind_name = "oncoming" if direction is LaneDirection.OPPOSITE and kind is LaneKind.DRIVING else kind.value
-    return f"{side}{abs(place)}-{kind_name}"
+    return f"{side}{abs(number)}-{kind_name}"
 
 
 def _junctions(stations: Sequence[Station], arc: Any) -> list[Zone]:

@@ -30,10 +30,10 @@ class RouteTrafficControls:
     ) -> None:
         self._lines: list[tuple[float, Any]] = []
         for light in lights:
-            met = [road.crossing(w.transform) for w in light.get_stop_waypoints()]
-            found = [arc for arc in met if arc is not None]
-            if found:
-                self._lines.append((min(found), light))
+            crossings = [road.crossing(w.transform) for w in light.get_stop_waypoints()]
+            stop_arcs = [arc for arc in crossings if arc is not None]
+            if stop_arcs:
+                self._lines.append((min(stop_arcs), light))
         self._lines.sort(key=lambda line: line[0])
         self._signs = stop_places(signs, *road.fine_line()) if signs else []
 

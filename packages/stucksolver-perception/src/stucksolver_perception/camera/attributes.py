@@ -91,6 +91,6 @@ def _gesture(shares: Floats, thresholds: Floats) -> Gesture | None:
 
 def _lamps(shares: Floats, thresholds: Floats) -> NDArray[np.float64]:
     """Return (n, lamps): 1 on, 0 off, NaN if neither reaches its threshold."""
-    on = shares[..., ON] >= thresholds[:, ON]
+    is_on = shares[..., ON] >= thresholds[:, ON]
     off = shares[..., OFF] >= thresholds[:, OFF]
-    return np.asarray(np.where(on, 1.0, np.where(off, 0.0, np.nan)))
+    return np.asarray(np.where(is_on, 1.0, np.where(off, 0.0, np.nan)))

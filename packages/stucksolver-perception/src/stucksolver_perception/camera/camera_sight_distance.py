@@ -218,12 +218,12 @@ class CameraSight:
         # Axes: (target point, road point before it). The value is the second point's position along the line of sight.
         share = np.clip(rays[:, :2] @ (points[:, :2] - eye[:2]).T / square[:, None], 0.0, 1.0)
         on_ray = eye + share[..., None] * rays[:, None]
-        beside = np.hypot(*np.moveaxis(points[None, :, :2] - on_ray[..., :2], 2, 0)) > CORRIDOR_M
+        is_outside = np.hypot(*np.moveaxis(points[None, :, :2] - on_ray[..., :2], 2, 0)) > CORRIDOR_M
         below = (on_ray[..., 2] < points[None, :, 2] + EYE_CLEARANCE_M) & (share > 0.0) & (share < 1.0)
         front = points[:, 0] > mount.x_m
         before = np.tri(len(points), k=-1, dtype=bool) & front[None]
         is_near = ~front | (np.hypot(points[:, 0], points[:, 1]) <= NEAR_M)
-        return np.asarray(is_near | ~((beside | below) & before).any(axis=1))
+        return np.asarray(is_near | ~((is_outside | below) & before).any(axis=1))
 
 
 def _miss_bounds(is_counted: Sequence[Sequence[Sequence[int]]]) -> Floats:

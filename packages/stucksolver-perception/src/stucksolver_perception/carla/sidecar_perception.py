@@ -177,7 +177,7 @@ class _Light:
 
     def get_stop_waypoints(self) -> list[Any]:
         """Return the waypoints of the light's stop lines that lie on a road."""
-        waypoints = (waypoint_at(self._map, place) for place in self._stop_positions)
+        waypoints = (waypoint_at(self._map, position) for position in self._stop_positions)
         return [waypoint for waypoint in waypoints if waypoint is not None]
 
     def get_light_boxes(self) -> list[Any]:

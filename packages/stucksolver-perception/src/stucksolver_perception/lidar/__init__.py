@@ -1,1 +1,1 @@
-"""Detects objects in LiDAR sweeps: sweeps are gathered, divided into pillars, and read by a CenterPoint network."""
+"""Detects objects in LiDAR sweeps with a CenterPoint network on pillars."""

@@ -1,4 +1,4 @@
-"""The LiDAR detector: points of the last half second in, boxes with velocities out."""
+"""Runs the LiDAR detector: from points of the last half second to boxes with velocities."""
 
 from __future__ import annotations
 
@@ -16,7 +16,9 @@ from stucksolver_perception.network_files import NetworkFileError, load_session
 DATA = Path(__file__).with_name("data")
 """Folder of the network that ships with the package."""
 WEIGHTS = "lidar.onnx"
+"""File name of the weights."""
 CARD = "card.json"
+"""File name of the card."""
 VERSION = 1
 """Version of the network's inputs and outputs."""
 
@@ -24,13 +26,14 @@ VERSION = 1
 class LidarDetector:
     """A CenterPoint network (Yin, Zhou, Krähenbühl 2021) on pillars, run on the processor.
 
-    Args:
-        folder: Holds `lidar.onnx` and `card.json`.
+    A run uses one thread. With more threads, onnxruntime's ScatterND with a maximum loses points at random (its issue
+    18048).
 
-    A run uses one thread: with more, onnxruntime's ScatterND with a maximum loses points at random (its issue 18048).
+    Args:
+        folder: Folder with `lidar.onnx` and `card.json`.
 
     Raises:
-        WeightsError: A file is missing, damaged or of another version, or onnxruntime is not installed.
+        NetworkFileError: A file is missing, damaged or has another version, or onnxruntime is not installed.
     """
 
     def __init__(self, folder: Path = DATA) -> None:
@@ -42,31 +45,28 @@ class LidarDetector:
             labels = tuple(card["labels"])
         except (KeyError, TypeError, ValueError) as error:
             raise NetworkFileError(
-                f"{card_file}: the card lacks or garbles a field ({error}); export the network again"
+                f"{card_file}: a field of the card is missing or invalid ({error}); export the network again"
             ) from error
         if labels != LABELS:
             raise NetworkFileError(f"{card_file}: trained for {', '.join(labels)}; train again for {', '.join(LABELS)}")
 
     def detect(self, points: Singles, time_s: float) -> Detections:
-        """Detect objects.
+        """Return the detections in the points' frame, the best first.
 
         Args:
-            points: (n, 5) float32 as from `SweepBuffer.gather`: x, y, z (m), intensity (0 to 1), age (s).
+            points: (n, 5) float32: x, y, z (m), intensity (0 to 1), age (s), from `SweepBuffer.gather`.
             time_s: Time of the points' vehicle frame (s).
-
-        Returns:
-            Detections in the same frame, the best first.
         """
         features, cell = pillars(points, self.grid)
         if not len(features):
-            return _nothing(time_s)
+            return _no_detections(time_s)
         slot, cells = occupied(cell, self.grid)
-        fed = {"features": features, "slot": slot, "occupied": cells}
-        logit, label, place, regressed = self._session.run(None, fed)
-        return decode(logit, label, place, regressed, time_s, self.calibration, self.grid)
+        inputs = {"features": features, "slot": slot, "occupied": cells}
+        logit, label, cell_number, regression = self._session.run(None, inputs)
+        return decode(logit, label, cell_number, regression, time_s, self.calibration, self.grid)
 
 
-def _nothing(time_s: float) -> Detections:
+def _no_detections(time_s: float) -> Detections:
     none = np.zeros(0)
     return Detections(
         time_s, none.astype(np.int64), none, none.reshape(0, 3), none.reshape(0, 3), none, none.reshape(0, 2)

@@ -1,4 +1,4 @@
-"""The ground around the vehicle as cells: fine ones for pillars, coarse ones for the answers."""
+"""Defines the grid around the vehicle: fine cells for pillars, coarse cells for the network's output."""
 
 from __future__ import annotations
 
@@ -7,17 +7,22 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class BevGrid:
-    """Two nested grids in the vehicle frame; each coarse cell holds 2 x 2 pillars.
+    """Two nested grids in the vehicle frame; each coarse cell contains 2 x 2 pillars.
 
-    A row of coarse cells runs along y, and rows follow each other along x. Pillars are numbered so that the four of a
-    coarse cell follow each other, 4 * (row * columns + column) + part: a reshape makes one coarse cell of them.
+    A row of coarse cells runs along y, and rows follow each other along x. The four pillars of a coarse cell have
+    consecutive numbers, 4 * (row * columns + column) + part, so that a reshape joins them.
     """
 
     x_min_m: float = -70.4
+    """Start of the grid behind (m)."""
     y_min_m: float = -44.8
+    """Start of the grid on the right (m)."""
     z_min_m: float = -3.0
+    """Minimum height of a point (m)."""
     z_max_m: float = 5.0
+    """Maximum height of a point (m)."""
     pillar_m: float = 0.32
+    """Side of a pillar (m)."""
     rows: int = 240
     """Number of coarse cells along x."""
     columns: int = 140
@@ -25,7 +30,7 @@ class BevGrid:
 
     @property
     def cell_m(self) -> float:
-        """Side of a coarse cell."""
+        """Side of a coarse cell (m)."""
         return 2.0 * self.pillar_m
 
     @property
@@ -52,5 +57,6 @@ class BevGrid:
 GRID = BevGrid()
 """The grid on which the network was trained: 83 m ahead, 70 m behind, 45 m to the sides."""
 EGO_HALF_LENGTH_M = 2.2
+"""Half length of the part of the ego whose returns are dropped (m), as in training."""
 EGO_HALF_WIDTH_M = 0.9
-"""Returns from within this part of our own body are dropped."""
+"""Half width of this part (m)."""

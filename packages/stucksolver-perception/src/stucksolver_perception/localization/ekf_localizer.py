@@ -1,4 +1,4 @@
-"""An extended Kalman filter over satellites, inertial sensors, compass and wheels."""
+"""Localizes the vehicle with an extended Kalman filter over satellites, inertial sensors, compass and wheels."""
 
 from __future__ import annotations
 
@@ -15,62 +15,63 @@ from stucksolver_perception.localization.vehicle_state_model import (
     STATE,
     YAW,
     X,
-    disturbance,
-    predicted_state,
+    predict_state,
+    process_noise,
 )
 from stucksolver_perception.measurements import Floats, GnssFix, ImuSample, PoseEstimate, WheelSpeed
 from stucksolver_perception.rig import Rig
 
 REAR_AXLE_M = 1.45
-"""Distance of the rear axle behind the reference point: half of a usual wheelbase of 2.9 m."""
+"""Distance of the rear axle behind the reference point (m): half of a usual wheelbase of 2.9 m."""
 COMPASS_RAD = 0.05
-"""Standard deviation of the compass; its errors last, so that it is read only"""
-COMPASS_EVERY_S = 1.0
+"""Standard deviation of the compass (rad). Ours."""
+COMPASS_PERIOD_S = 1.0
+"""Time between two uses of the compass (s), because its errors persist. Ours."""
 GYRO_OFFSET_RPS = 0.01
-"""Standard deviation of the gyro's offset before anything is known of it."""
+"""Initial standard deviation of the gyro's offset (rad/s). Ours."""
 ACCELERATION_OFFSET_MPS2 = 0.5
-"""The same of the accelerometer's, slopes included."""
+"""Initial standard deviation of the accelerometer's offset, with the share of gravity on slopes (m/s²). Ours."""
 GATE_2 = 18.42
-"""Chi-square with 2 degrees of freedom: one good fix in ten thousand is refused."""
+"""Limit of chi-square with 2 degrees of freedom: one good fix in ten thousand is rejected."""
 GATE_1 = 15.14
-"""The same with 1 degree of freedom."""
-REFUSED_IN_A_ROW = 20
-"""After this many consecutive refused fixes the filter is wrong, not the fixes: it widens its covariance."""
+"""Limit of chi-square with 1 degree of freedom: one good measurement in ten thousand is rejected."""
+MAX_REJECTED_FIXES = 20
+"""Number of consecutive rejected fixes after which the filter counts as wrong and widens its covariance. Ours."""
 RECENT_FIXES = 20
-"""Fixes are compared with each other over this many, one second."""
-SCATTER, AGREE = 2.5, 1.6
-"""If they scatter by more than the first many times their stated noise, they are wrong, not the filter. None is used
-until they scatter by less than the second. The vehicle then goes on by its wheels and gyro, which are off by a meter
-after some hundred. A wrong filter sees fixes that are all off by the same.
-"""
-STANDING_LOOKS = 10
-"""Number of wheel speeds that decide that the vehicle stands,"""
-STANDING_SIGMAS = 3.0
-"""if their mean is within this many standard deviations of zero."""
+"""Number of fixes that are compared with each other, in one second. Ours."""
+SCATTER, SCATTER_END = 2.5, 1.6
+"""Scatter of the fixes, in standard deviations of their noise, above which they are wrong, not the filter, and below
+which they are used again. Until then the pose comes from wheels and gyro, with an error of about a meter after some
+hundred meters. If the filter is wrong, all fixes have the same error. Ours."""
+STATIONARY_SAMPLES = 10
+"""Number of wheel speeds and accelerations that decide whether the vehicle is stopped. Ours."""
+STATIONARY_SDS = 3.0
+"""Maximum mean of these speeds, in its standard deviations. Ours."""
 STEADY_MPS2 = 0.1
-"""A vehicle that pulls away is felt before its wheels show it: the acceleration may change by no more than this."""
+"""Maximum change of these accelerations (m/s²). The acceleration of a starting vehicle changes before its wheel speeds
+do. Ours."""
 STANDSTILL_MPS = 0.005
-"""Standard deviation of the speed of a standing vehicle."""
+"""Standard deviation of the speed of a stopped vehicle (m/s). Ours."""
 HEIGHT_GAIN_S = 5.0
-"""Averaging time of heights."""
+"""Averaging time of heights (s). Ours."""
 STALE_S = 0.1
-"""Data older than the state by more than this are not used."""
+"""Maximum age of data, relative to the state (s). Ours."""
 
 
 class NotLocalizedError(RuntimeError):
-    """There is no pose yet. The message says which sensor is missing."""
+    """There is no pose yet. The message names the missing data."""
 
 
 class EkfLocalizer:
-    """Takes every sample in order of time; call `estimate` at any time.
+    """Localizer of one vehicle. Pass every sample in order of time; call `estimate` at any time.
 
-    The inertial sensors predict the state, with one offset of the gyro and one of the accelerometer (on slopes it holds
-    gravity's share). Wheels, fixes and, once a second, the compass correct it. While the wheels stand, the speed is
-    held at zero and the gyro's offset is measured (zero-velocity update).
+    The inertial sensors predict the state, with one offset of the gyro and one of the accelerometer, which includes the
+    share of gravity on slopes. Wheels, fixes and, once per second, the compass correct it. While the vehicle is
+    stopped, the speed is held at zero and the gyro's offset is measured (zero-velocity update).
     """
 
     def __init__(self, rig: Rig, start: PoseEstimate | None = None, rear_axle_m: float = REAR_AXLE_M) -> None:
-        """Begin at `start`, or with the first fix and the first compass reading."""
+        """Start at the pose `start`, or with the first fix and the first compass value."""
         self._rig = rig
         self._rear_axle_m = rear_axle_m
         self._filter: Any = None
@@ -78,23 +79,23 @@ class EkfLocalizer:
         self._z_m = 0.0
         self._height_s = 0.0
         self._inertial = (0.0, 0.0)
-        """The last measured acceleration along the heading and yaw rate."""
-        self._doubt = (0.0, 0.0)
-        """Their largest difference from the mean over the last step."""
+        """The last measured acceleration along the heading (m/s²) and yaw rate (rad/s)."""
+        self._step_error = (0.0, 0.0)
+        """Their maximum differences from the mean over the last step."""
         self._yaw_rad: float | None = None
         self._fix: GnssFix | None = None
         self._compass_s = -math.inf
-        self._wheels: deque[float] = deque(maxlen=STANDING_LOOKS)
-        self._felt: deque[float] = deque(maxlen=STANDING_LOOKS)
-        self._refused_in_a_row = 0
-        self._offs: deque[Floats] = deque(maxlen=RECENT_FIXES)
-        """How far the last fixes were from the predicted positions."""
+        self._wheels: deque[float] = deque(maxlen=STATIONARY_SAMPLES)
+        self._accelerations: deque[float] = deque(maxlen=STATIONARY_SAMPLES)
+        self._rejected_in_a_row = 0
+        self._fix_residuals: deque[Floats] = deque(maxlen=RECENT_FIXES)
+        """Differences of the last fixes from the predicted positions (m)."""
         self.doubts_fixes = False
         """True if the fixes contradict each other, so that none is used."""
-        self.refused_fixes = 0
-        """Number of fixes too far from the vehicle's possible positions."""
+        self.rejected_fixes = 0
+        """Number of fixes that were not used."""
         if start is not None:
-            self._begin(start)
+            self._start_at(start)
 
     @property
     def ready(self) -> bool:
@@ -103,95 +104,95 @@ class EkfLocalizer:
 
     @property
     def stands(self) -> bool:
-        """True if the wheels say that the vehicle stands and no change of its acceleration is felt."""
-        if len(self._wheels) < STANDING_LOOKS or not self._felt:
+        """True if wheel speeds and accelerations show that the vehicle is stopped."""
+        if len(self._wheels) < STATIONARY_SAMPLES or not self._accelerations:
             return False
-        limit = STANDING_SIGMAS * self._rig.wheel_speed_noise_mps / math.sqrt(STANDING_LOOKS)
-        steady = max(STEADY_MPS2, 6.0 * self._rig.imu_acceleration_noise_mps2)
-        rolls = abs(sum(self._wheels) / STANDING_LOOKS) > limit
-        return not rolls and max(self._felt) - min(self._felt) < steady
+        max_mean_mps = STATIONARY_SDS * self._rig.wheel_speed_noise_mps / math.sqrt(STATIONARY_SAMPLES)
+        max_change_mps2 = max(STEADY_MPS2, 6.0 * self._rig.imu_acceleration_noise_mps2)
+        is_rolling = abs(sum(self._wheels) / STATIONARY_SAMPLES) > max_mean_mps
+        return not is_rolling and max(self._accelerations) - min(self._accelerations) < max_change_mps2
 
     def imu(self, sample: ImuSample) -> None:
         """Predict to the sample's time with its acceleration and yaw rate."""
         before = self._inertial
         self._inertial = (sample.acceleration_mps2[0], sample.rotation_rps[2])
-        self._felt.append(sample.acceleration_mps2[0])
+        self._accelerations.append(sample.acceleration_mps2[0])
         if sample.compass_rad is not None and self._yaw_rad is None:
             self._yaw_rad = sample.compass_rad
         if not self.ready:
-            self._begin_by_sensors()
+            self._start_from_sensors()
             return
-        # A sample is the mean over the step that ends with it, as inertial sensors integrate. Half of its difference
-        # from the one before may be wrong: a simulator may report the step's last moment instead.
-        self._doubt = (abs(self._inertial[0] - before[0]) / 2.0, abs(self._inertial[1] - before[1]) / 2.0)
+        # A sample is the mean over the step that ends with it, because inertial sensors integrate. Half of its
+        # difference from the sample before may be an error, because a simulator may report the value at the step's end.
+        self._step_error = (abs(self._inertial[0] - before[0]) / 2.0, abs(self._inertial[1] - before[1]) / 2.0)
         self._advance(sample.time_s, self._inertial)
         if self.stands:
-            self._standstill(sample)
-        if sample.compass_rad is not None and sample.time_s - self._compass_s >= COMPASS_EVERY_S - 1e-6:
+            self._update_stationary(sample)
+        if sample.compass_rad is not None and sample.time_s - self._compass_s >= COMPASS_PERIOD_S - 1e-6:
             self._compass_s = sample.time_s
-            self._correct(YAW, sample.compass_rad, COMPASS_RAD, angle=True)
+            self._update_state(YAW, sample.compass_rad, COMPASS_RAD, angle=True)
 
     def wheel(self, speed: WheelSpeed) -> None:
-        """Correct the speed by the wheels."""
+        """Correct the speed with that of the wheels."""
         self._wheels.append(speed.speed_mps)
-        if self.ready and self._current(speed.time_s):
-            self._correct(SPEED, speed.speed_mps, self._rig.wheel_speed_noise_mps)
+        if self.ready and self._predict_to(speed.time_s):
+            self._update_state(SPEED, speed.speed_mps, self._rig.wheel_speed_noise_mps)
 
     def gnss(self, fix: GnssFix) -> None:
-        """Correct the position by a fix, unless the vehicle cannot be there."""
+        """Correct the position with a fix, unless the vehicle cannot be there."""
         if not self.ready:
             self._fix = fix
-            self._begin_by_sensors()
+            self._start_from_sensors()
             return
-        if not self._current(fix.time_s):
+        if not self._predict_to(fix.time_s):
             return
         ekf, h = self._filter, np.eye(STATE)[:2]
         r = np.eye(2) * self._rig.gnss_noise_m**2
         z = np.array([fix.x_m, fix.y_m])
-        off = z - ekf.x[:2]
-        self._compare(off)
+        residual = z - ekf.x[:2]
+        self._check_scatter(residual)
         if self.doubts_fixes:
-            self.refused_fixes += 1
-            self._refused_in_a_row = 0
+            self.rejected_fixes += 1
+            self._rejected_in_a_row = 0
             return
-        if float(off @ np.linalg.solve(ekf.P[:2, :2] + r, off)) > GATE_2:
-            self._refuse()
+        if float(residual @ np.linalg.solve(ekf.P[:2, :2] + r, residual)) > GATE_2:
+            self._reject()
             return
-        self._refused_in_a_row = 0
+        self._rejected_in_a_row = 0
         ekf.update(z, lambda _: h, lambda x: x[:2], R=r)
         self._z_m += (fix.z_m - self._z_m) * min(1.0, max(0.0, fix.time_s - self._height_s) / HEIGHT_GAIN_S)
         self._height_s = fix.time_s
 
     def estimate(self, time_s: float) -> PoseEstimate:
-        """Return the pose at a time (s), predicted from the last sample; the filter does not change.
+        """Return the pose at a time (s), predicted from the last sample. The filter does not change.
 
         Raises:
-            NotLocalizedError: There was no fix or no compass reading yet.
+            NotLocalizedError: There was no fix or no compass value yet.
         """
         if not self.ready:
-            missing = "a fix" if self._fix is None else "a compass reading"
-            raise NotLocalizedError(f"there is no pose yet: waiting for {missing}; or give a start")
+            missing = "a fix" if self._fix is None else "a compass value"
+            raise NotLocalizedError(f"no pose yet: waiting for {missing}; or give a start")
         ekf, (acceleration, rotation) = self._filter, self._inertial
         x, p, dt = ekf.x, ekf.P, time_s - self._time_s
         if abs(dt) > 1e-6:
-            x, f = predicted_state(ekf.x, acceleration, rotation, self._rear_axle_m, dt)
+            x, f = predict_state(ekf.x, acceleration, rotation, self._rear_axle_m, dt)
             p = f @ p @ f.T + self._noise(dt)
         yaw = math.remainder(float(x[YAW]), math.tau)
         rate = rotation - float(x[GYRO])
         return PoseEstimate(time_s, float(x[X]), float(x[1]), self._z_m, yaw, float(x[SPEED]), rate, p[:4, :4].copy())
 
-    def _begin_by_sensors(self) -> None:
+    def _start_from_sensors(self) -> None:
         if self._fix is None or self._yaw_rad is None:
             return
         fix, noise = self._fix, self._rig.gnss_noise_m**2
         speed = self._wheels[-1] if self._wheels else 0.0
         # Without wheel data the speed is unknown.
-        spread = self._rig.wheel_speed_noise_mps**2 if self._wheels else 10.0**2
-        covariance = np.diag([noise, noise, COMPASS_RAD**2, spread])
-        self._begin(PoseEstimate(fix.time_s, fix.x_m, fix.y_m, fix.z_m, self._yaw_rad, speed, 0.0, covariance))
+        speed_variance = self._rig.wheel_speed_noise_mps**2 if self._wheels else 10.0**2
+        covariance = np.diag([noise, noise, COMPASS_RAD**2, speed_variance])
+        self._start_at(PoseEstimate(fix.time_s, fix.x_m, fix.y_m, fix.z_m, self._yaw_rad, speed, 0.0, covariance))
         self._compass_s = fix.time_s
 
-    def _begin(self, start: PoseEstimate) -> None:
+    def _start_at(self, start: PoseEstimate) -> None:
         from filterpy.kalman import ExtendedKalmanFilter  # type: ignore[import-untyped]
 
         ekf = ExtendedKalmanFilter(dim_x=STATE, dim_z=2)
@@ -206,51 +207,51 @@ class EkfLocalizer:
         if dt <= 0.0:
             return
         ekf = self._filter
-        after, ekf.F = predicted_state(ekf.x, inertial[0], inertial[1], self._rear_axle_m, dt)
+        after, ekf.F = predict_state(ekf.x, inertial[0], inertial[1], self._rear_axle_m, dt)
         ekf.Q = self._noise(dt)
         ekf.predict()
-        # filterpy's step is linear; the covariance is right, and the state is the model's.
+        # filterpy's step is linear, so that only its covariance is correct. The state of the model replaces its state.
         ekf.x = after
         self._time_s = time_s
 
     def _noise(self, dt: float) -> Floats:
-        acceleration = math.hypot(self._rig.imu_acceleration_noise_mps2, self._doubt[0])
-        rotation = math.hypot(self._rig.imu_rotation_noise_rps, self._doubt[1])
-        return disturbance(self._filter.x, acceleration, rotation, dt)
+        acceleration = math.hypot(self._rig.imu_acceleration_noise_mps2, self._step_error[0])
+        rotation = math.hypot(self._rig.imu_rotation_noise_rps, self._step_error[1])
+        return process_noise(self._filter.x, acceleration, rotation, dt)
 
-    def _standstill(self, sample: ImuSample) -> None:
-        """A standing vehicle has no speed, and its gyro and accelerometer read their offsets."""
-        self._correct(SPEED, 0.0, STANDSTILL_MPS)
-        self._correct(GYRO, sample.rotation_rps[2], self._rig.imu_rotation_noise_rps)
-        self._correct(ACCELERATION, sample.acceleration_mps2[0], 0.05)
+    def _update_stationary(self, sample: ImuSample) -> None:
+        """Correct speed and offsets of a stopped vehicle: its gyro and accelerometer measure their offsets."""
+        self._update_state(SPEED, 0.0, STANDSTILL_MPS)
+        self._update_state(GYRO, sample.rotation_rps[2], self._rig.imu_rotation_noise_rps)
+        self._update_state(ACCELERATION, sample.acceleration_mps2[0], 0.05)
 
-    def _current(self, time_s: float) -> bool:
-        """Predict the state to a measurement's time; False if the measurement is too old."""
+    def _predict_to(self, time_s: float) -> bool:
+        """Predict the state to a measurement's time. Return False if the measurement is too old."""
         self._advance(time_s, self._inertial)
         return time_s >= self._time_s - STALE_S
 
-    def _correct(self, what: int, value: float, sigma: float, angle: bool = False) -> None:
-        """Correct one state by a measurement of it, unless the measurement is absurd."""
-        ekf, h = self._filter, np.eye(STATE)[what : what + 1]
-        off = value - float(ekf.x[what])
-        off = math.remainder(off, math.tau) if angle else off
-        if off**2 > GATE_1 * (float(ekf.P[what, what]) + sigma**2):
+    def _update_state(self, index: int, value: float, sigma: float, angle: bool = False) -> None:
+        """Correct one value of the state with its measurement, unless the measurement is not plausible."""
+        ekf, h = self._filter, np.eye(STATE)[index : index + 1]
+        residual = value - float(ekf.x[index])
+        residual = math.remainder(residual, math.tau) if angle else residual
+        if residual**2 > GATE_1 * (float(ekf.P[index, index]) + sigma**2):
             return
-        z = np.array([float(ekf.x[what]) + off])
-        ekf.update(z, lambda _: h, lambda x: x[what : what + 1], R=np.array([[sigma**2]]))
+        z = np.array([float(ekf.x[index]) + residual])
+        ekf.update(z, lambda _: h, lambda x: x[index : index + 1], R=np.array([[sigma**2]]))
 
-    def _compare(self, off: Floats) -> None:
-        """Compare a fix with those before it. `off`: how far it is from the predicted position (m)."""
-        self._offs.append(off)
-        if len(self._offs) < RECENT_FIXES:
+    def _check_scatter(self, residual: Floats) -> None:
+        """Compare a fix with those before it. `residual` (2,) is its difference from the predicted position (m)."""
+        self._fix_residuals.append(residual)
+        if len(self._fix_residuals) < RECENT_FIXES:
             return
-        offs = np.array(self._offs)
-        # The median ignores single jumps; 1.48 makes it a standard deviation (Rousseeuw and Croux 1993).
-        scatter = float(1.4826 * np.median(np.abs(offs - np.median(offs, axis=0)), axis=0).max())
-        self.doubts_fixes = scatter > (AGREE if self.doubts_fixes else SCATTER) * self._rig.gnss_noise_m
+        residuals = np.array(self._fix_residuals)
+        # The median ignores single jumps; 1.48 converts it to a standard deviation (Rousseeuw and Croux 1993).
+        scatter = float(1.4826 * np.median(np.abs(residuals - np.median(residuals, axis=0)), axis=0).max())
+        self.doubts_fixes = scatter > (SCATTER_END if self.doubts_fixes else SCATTER) * self._rig.gnss_noise_m
 
-    def _refuse(self) -> None:
-        self.refused_fixes += 1
-        self._refused_in_a_row += 1
-        if self._refused_in_a_row >= REFUSED_IN_A_ROW:
+    def _reject(self) -> None:
+        self.rejected_fixes += 1
+        self._rejected_in_a_row += 1
+        if self._rejected_in_a_row >= MAX_REJECTED_FIXES:
             self._filter.P[:2, :2] *= 4.0

@@ -1,4 +1,4 @@
-"""From single detections to persistent tracks: position, velocity, and since when they have been stationary."""
+"""Tracks detections over time: position, velocity, and the time since which an object is stationary."""
 
 from stucksolver_perception.tracking.track import Track, boxes_of
 from stucksolver_perception.tracking.tracker import ObjectTracker

@@ -1,6 +1,6 @@
-"""Tracks objects over time: association, Kalman filters, births and deaths, and since when they are stationary.
+"""Tracks objects over time: association, Kalman filters, start and end of tracks, and tests of motion.
 
-After Weng et al., "AB3DMOT: A Baseline for 3D Multi-Object Tracking and New Evaluation Metrics" (2020), with the
+It follows Weng et al., "AB3DMOT: A Baseline for 3D Multi-Object Tracking and New Evaluation Metrics" (2020), with the
 velocity-based association of Yin, Zhou and Krähenbühl, "Center-based 3D Object Detection and Tracking" (2021).
 """
 
@@ -16,11 +16,11 @@ from stucksolver_perception.measurements import Detections, Floats, PoseEstimate
 from stucksolver_perception.rig import Rig, load_rig
 from stucksolver_perception.tracking import association, stationarity, track_management
 from stucksolver_perception.tracking.motion_groups import GROUP_OF_LABEL, GROUPS, WHEELED
-from stucksolver_perception.tracking.noise import NoisyDetections, measured
+from stucksolver_perception.tracking.noise import NoisyDetections, with_noise
 from stucksolver_perception.tracking.stationarity import Evidence, MotionState
 from stucksolver_perception.tracking.track import Track
 from stucksolver_perception.tracking.track_state import (
-    NEW_VELOCITY_MPS,
+    NEW_VELOCITY_SD_MPS,
     TrackState,
     may_move,
     new_track,
@@ -33,33 +33,33 @@ from stucksolver_perception.tracking.track_state import (
 if TYPE_CHECKING:
     from stucksolver_perception.free_space import FreeSpace
 
-CONFIRMING_HITS = 2
-"""A track is reported after this many detections ..."""
-CONFIRMING_SCORE = 0.99
-"""... whose scores sum up to this, ..."""
-SURE_SCORE = 0.7
-"""... or after one detection with at least this score ..."""
-SURE_RANGE_M = 20.0
-"""... within this distance (m): near objects must not be reported late."""
-HELD_MPS = 0.05
-"""Below this speed the ego stands."""
-BIRTH_SCORE = 0.2
-"""Weaker detections keep tracks alive but start none."""
+CONFIRMED_HITS = 2
+"""Minimum number of detections of a reported track. Ours."""
+CONFIRMED_SCORE = 0.99
+"""Minimum sum of the scores of these detections. Ours."""
+CERTAIN_SCORE = 0.7
+"""Minimum score with which one detection is enough. Ours."""
+CERTAIN_RANGE_M = 20.0
+"""Maximum distance at which one detection is enough (m), because near objects must not be reported late. Ours."""
+STOPPED_MPS = 0.05
+"""Speed below which the ego counts as stopped (m/s). Ours."""
+MIN_NEW_SCORE = 0.2
+"""Minimum score of a detection that starts a track; weaker ones only continue tracks. Ours."""
 
 
 class ObjectTracker:
-    """Call `update` with each look's detections, and `predict` whenever the objects are wanted."""
+    """Tracker of all objects. Call `update` with each cycle's detections, and `predict` at any time."""
 
     def __init__(self, rig: Rig | None = None) -> None:
-        """Make a tracker. `rig` says what the LiDAR can see; the one that ships with the package if None."""
-        # The first import takes seconds: not in the first look.
+        """Create a tracker for the LiDAR of a rig. Without a rig, use the one that ships with the package."""
+        # The first import takes seconds. It happens here so that it does not delay the first cycle.
         import filterpy.kalman  # type: ignore[import-untyped]  # noqa: F401
         import scipy.optimize  # type: ignore[import-untyped]  # noqa: F401
 
         self._lidar = (load_rig() if rig is None else rig).lidar
-        self._bodies: list[TrackState] = []
+        self._states: list[TrackState] = []
         self._confirmed: set[int] = set()
-        self._next = 1
+        self._next_id = 1
 
     def update(
         self,
@@ -68,120 +68,138 @@ class ObjectTracker:
         space: FreeSpace | None = None,
         standing: Floats | None = None,
     ) -> tuple[Track, ...]:
-        """Update the tracks with the detections of one look.
+        """Update the tracks with the detections of one cycle.
 
         Args:
-            detections: Of a later look than before, in the vehicle frame.
+            detections: Detections in the vehicle frame, later than those before.
             pose: The vehicle's pose at `detections.time_s`.
-            space: What the LiDAR saw to be free at that look. Without it, nearer tracks decide who is hidden.
-            standing: (m, 3): x, y, height above ground (m) of returns that stand up close ahead, in the vehicle frame.
-                What stands and still returns them is still there, whatever the detector says.
+            space: Free space at that time. Without it, nearer tracks decide which tracks are hidden.
+            standing: (m, 3): x, y, height above the ground (m) of returns above the ground close ahead, in the vehicle
+                frame. A stationary object with such returns still exists, even without a detection.
 
         Returns:
-            All confirmed tracks at `detections.time_s`, in the local frame, hidden ones included.
+            All confirmed tracks at `detections.time_s` in the local frame, including hidden ones.
         """
-        seen = measured(detections.part(association.suppress_duplicates(detections)), pose)
-        for body in self._bodies:
-            body.looked_s = body.time_s
-            predict(body, seen.time_s, held=abs(pose.speed_mps) < HELD_MPS)
-        kept = [body for body in self._bodies if body.id in self._confirmed and body.motion is MotionState.STANDING]
-        before = track_management.tracks_explaining_returns(kept, pose, standing) if standing is not None else {}
-        pairs = association.assign(self._bodies, seen)
+        noisy = with_noise(detections.part(association.suppress_duplicates(detections)), pose)
+        for state in self._states:
+            state.last_cycle_s = state.time_s
+            predict(state, noisy.time_s, ego_is_stopped=abs(pose.speed_mps) < STOPPED_MPS)
+        # The odds of these tracks are stored before misses change them.
+        stationary = [
+            state for state in self._states if state.id in self._confirmed and state.motion is MotionState.STANDING
+        ]
+        odds_by_id = (
+            track_management.tracks_explaining_returns(stationary, pose, standing) if standing is not None else {}
+        )
+        pairs = association.assign(self._states, noisy)
         for i, j in pairs:
-            update(self._bodies[i], seen, j)
-            self._hit(self._bodies[i], seen, j)
-        found = [self._bodies[i] for i, _ in pairs]
-        taken = {j for _, j in pairs}
-        met = {body.id for body in found}
-        missed = [body for body in self._bodies if body.id not in met]
+            update(self._states[i], noisy, j)
+            self._add_hit(self._states[i], noisy, j)
+        detected = [self._states[i] for i, _ in pairs]
+        assigned = {j for _, j in pairs}
+        detected_ids = {state.id for state in detected}
+        missed = [state for state in self._states if state.id not in detected_ids]
         if standing is not None:
-            # The rear of a bus that has driven on is within the long box that it left behind.
-            lost = [body for body in missed if body.id in before and WHEELED[body.label]]
-            vehicles = [body for body in found if WHEELED[body.label]]
-            others = standing[~track_management.explained_by(vehicles, pose, standing)]
-            gone = {body.id for body in lost} - track_management.tracks_explaining_returns(lost, pose, others).keys()
-            before = {name: odds for name, odds in before.items() if name not in gone}
-        self._miss(missed, found, pose, space)
-        for body in kept:
-            body.odds = max(body.odds, before.get(body.id, body.odds))
-        still = [body for body in missed if body.id in before]
-        self._bear(seen, [j for j in range(len(seen)) if j not in taken], found, still)
-        self._bodies = [b for b in self._bodies if not track_management.ended(b, seen.time_s, b.id in self._confirmed)]
-        self._judge(seen.time_s)
-        self._confirmed &= {body.id for body in self._bodies}
-        return tuple(body.track() for body in self._bodies if body.id in self._confirmed)
+            # A bus that has driven on has its rear within the long box of its former track, so returns that a detected
+            # vehicle explains do not count for the track.
+            lost = [state for state in missed if state.id in odds_by_id and WHEELED[state.label]]
+            vehicles = [state for state in detected if WHEELED[state.label]]
+            unexplained = standing[~track_management.explained_by(vehicles, pose, standing)]
+            explaining = track_management.tracks_explaining_returns(lost, pose, unexplained)
+            left_ids = {state.id for state in lost} - explaining.keys()
+            odds_by_id = {track_id: odds for track_id, odds in odds_by_id.items() if track_id not in left_ids}
+        self._add_misses(missed, detected, pose, space)
+        for state in stationary:
+            state.odds = max(state.odds, odds_by_id.get(state.id, state.odds))
+        existing = [state for state in missed if state.id in odds_by_id]
+        self._start_tracks(noisy, [j for j in range(len(noisy)) if j not in assigned], detected, existing)
+        self._states = [
+            state
+            for state in self._states
+            if not track_management.is_ended(state, noisy.time_s, state.id in self._confirmed)
+        ]
+        self._update_motion(noisy.time_s)
+        self._confirmed &= {state.id for state in self._states}
+        return tuple(state.track() for state in self._states if state.id in self._confirmed)
 
     def predict(self, time_s: float) -> tuple[Track, ...]:
-        """Return the confirmed tracks predicted to another time (s); the tracker does not change."""
-        told = []
-        for body in self._bodies:
-            if body.id in self._confirmed:
-                ahead = replace(body)
-                predict(ahead, time_s)
-                told.append(ahead.track())
-        return tuple(told)
+        """Return the confirmed tracks predicted to another time (s). The tracker does not change."""
+        tracks = []
+        for state in self._states:
+            if state.id in self._confirmed:
+                predicted = replace(state)
+                predict(predicted, time_s)
+                tracks.append(predicted.track())
+        return tuple(tracks)
 
-    def _hit(self, body: TrackState, seen: NoisyDetections, j: int) -> None:
-        score = float(seen.score[j])
-        track_management.hit(body, score)
-        near = seen.range_m[j] < SURE_RANGE_M and score >= SURE_SCORE
-        body.scores += score
-        if (body.hits >= CONFIRMING_HITS and body.scores >= CONFIRMING_SCORE) or near:
-            self._confirmed.add(body.id)
+    def _add_hit(self, state: TrackState, detections: NoisyDetections, j: int) -> None:
+        score = float(detections.score[j])
+        track_management.add_hit(state, score)
+        is_certain = detections.range_m[j] < CERTAIN_RANGE_M and score >= CERTAIN_SCORE
+        state.scores += score
+        if (state.hits >= CONFIRMED_HITS and state.scores >= CONFIRMED_SCORE) or is_certain:
+            self._confirmed.add(state.id)
 
-    def _miss(
-        self, missed: list[TrackState], found: list[TrackState], pose: PoseEstimate, space: FreeSpace | None
+    def _add_misses(
+        self, missed: list[TrackState], detected: list[TrackState], pose: PoseEstimate, space: FreeSpace | None
     ) -> None:
         if not missed:
             return
-        hidden, free = track_management.undetectable(missed, found, pose, self._lidar, space)
-        for body, excused, seen_free in zip(missed, hidden.tolist(), free.tolist(), strict=True):
-            x, y = float(body.x[0]), float(body.x[1])
-            taken = association.inside_another(found, x, y) or association.near_same_class(found, body)
-            away = math.hypot(body.x[0] - pose.x_m, body.x[1] - pose.y_m)
-            if excused and not taken:
-                body.hidden = True
-                if abs(pose.speed_mps) < HELD_MPS:
-                    track_management.keep_occluded(body, away, pose.time_s)
+        hidden, free = track_management.undetectable(missed, detected, pose, self._lidar, space)
+        for state, is_hidden, is_free in zip(missed, hidden.tolist(), free.tolist(), strict=True):
+            x, y = float(state.x[0]), float(state.x[1])
+            is_taken = association.is_inside_track(detected, x, y) or association.is_near_same_label(detected, state)
+            distance_m = math.hypot(state.x[0] - pose.x_m, state.x[1] - pose.y_m)
+            if is_hidden and not is_taken:
+                state.hidden = True
+                if abs(pose.speed_mps) < STOPPED_MPS:
+                    track_management.keep_occluded(state, distance_m, pose.time_s)
             else:
-                track_management.miss(body, away, seen_free or taken)
+                track_management.add_miss(state, distance_m, is_free or is_taken)
 
-    def _bear(self, seen: NoisyDetections, left: list[int], found: list[TrackState], still: list[TrackState]) -> None:
-        """`still` was not detected, but is there: a thing in its box is a part of it. A person may be a person."""
-        for j in left:
-            lifeless, place = GROUPS[GROUP_OF_LABEL[seen.label[j]]].lifeless, seen.z[j, :2].tolist()
-            others = [*found, *still] if lifeless else found
-            if seen.score[j] < BIRTH_SCORE or association.inside_another(others, *place):
-                continue
-            if lifeless and association.in_track_wake(found, *place):
-                continue
-            body = new_track(self._next, seen, j)
-            self._next += 1
-            self._bodies.append(body)
-            self._hit(body, seen, j)
+    def _start_tracks(
+        self, detections: NoisyDetections, unassigned: list[int], detected: list[TrackState], existing: list[TrackState]
+    ) -> None:
+        """Start tracks for unassigned detections.
 
-    def _judge(self, now_s: float) -> None:
-        """Decide for each object detected now whether it is stationary."""
-        looked = [body for body in self._bodies if body.last_seen_s == now_s]
-        if not looked:
+        The tracks `existing` were not detected, but have returns. A static object in one of their boxes is a part of
+        them. A pedestrian there may be a real one.
+        """
+        for j in unassigned:
+            is_static = GROUPS[GROUP_OF_LABEL[detections.label[j]]].is_static
+            position = detections.z[j, :2].tolist()
+            others = [*detected, *existing] if is_static else detected
+            if detections.score[j] < MIN_NEW_SCORE or association.is_inside_track(others, *position):
+                continue
+            if is_static and association.is_in_track_wake(detected, *position):
+                continue
+            state = new_track(self._next_id, detections, j)
+            self._next_id += 1
+            self._states.append(state)
+            self._add_hit(state, detections, j)
+
+    def _update_motion(self, now_s: float) -> None:
+        """Decide for each object with a detection in this cycle whether it is stationary."""
+        detected = [state for state in self._states if state.last_seen_s == now_s]
+        if not detected:
             return
-        evidence = stationarity.judge(np.array([body.samples for body in looked]), now_s)
-        for i, body in enumerate(looked):
-            _decide(body, evidence, i, now_s)
+        evidence = stationarity.motion_evidence(np.array([state.samples for state in detected]), now_s)
+        for i, state in enumerate(detected):
+            _update_motion_state(state, evidence, i, now_s)
 
 
-def _decide(body: TrackState, evidence: Evidence, i: int, now_s: float) -> None:
-    """Advance one body's state of motion: moving until it rests, standing or undecided until it moves."""
-    if body.motion is not MotionState.MOVING and evidence.moves[i] and may_move(body):
-        if body.motion is MotionState.STANDING:
-            body.x[4:] = evidence.velocity[i]
-            body.p[4:, :] = body.p[:, 4:] = 0.0
-            body.p[4:, 4:] = np.eye(2) * (evidence.variance[i] + NEW_VELOCITY_MPS**2)
-        start_moving(body, now_s)
-    elif body.motion is not MotionState.STANDING and (evidence.rests[i] or not may_move(body)):
+def _update_motion_state(state: TrackState, evidence: Evidence, i: int, now_s: float) -> None:
+    """Update the motion state of a track: moving until it rests, stationary or undecided until it moves."""
+    if state.motion is not MotionState.MOVING and evidence.moves[i] and may_move(state):
+        if state.motion is MotionState.STANDING:
+            state.x[4:] = evidence.velocity[i]
+            state.p[4:, :] = state.p[:, 4:] = 0.0
+            state.p[4:, 4:] = np.eye(2) * (evidence.variance[i] + NEW_VELOCITY_SD_MPS**2)
+        start_moving(state, now_s)
+    elif state.motion is not MotionState.STANDING and (evidence.rests[i] or not may_move(state)):
         since = float(evidence.rests_since_s[i]) if evidence.rests[i] else now_s
-        body.samples[body.samples[:, 0] < since - 1e-6] = -np.inf
-        stop_moving(body, since)
-        body.x[4:] = 0.0
-    elif body.motion is MotionState.MOVING:
-        body.moved_at_s = now_s
+        state.samples[state.samples[:, 0] < since - 1e-6] = -np.inf
+        stop_moving(state, since)
+        state.x[4:] = 0.0
+    elif state.motion is MotionState.MOVING:
+        state.moved_at_s = now_s

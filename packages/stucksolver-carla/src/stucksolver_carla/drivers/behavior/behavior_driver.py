@@ -333,12 +333,12 @@ class BehaviorDriver:
         """
         if self._lane_changes is None or self._planner.following:
             return []
-        where = self._planner.where
-        bodies = objects_on_route(path, where.s, around)
+        projection = self._planner.where
+        bodies = objects_on_route(path, projection.s, around)
         # Relative to a line that leads into their lane, vehicles there would seem to pull out.
         objects = bodies.part(~bodies.has_id_in(self._lane_changes.entered_lane_ids))
-        hazards_found = vehicles_pulling_out(objects, where, self._model, speed)
-        slow_hazards = slow_adjacent_vehicles(bodies, where, self._model)
+        hazards_found = vehicles_pulling_out(objects, projection, self._model, speed)
+        slow_hazards = slow_adjacent_vehicles(bodies, projection, self._model)
         return hazards_found + [hazard for hazard in slow_hazards if self._is_off_lanes(around, hazard.actor_id)]
 
     def _is_off_lanes(self, around: NearbyObjects, actor_id: int) -> bool:

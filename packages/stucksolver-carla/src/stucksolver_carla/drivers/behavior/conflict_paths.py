@@ -159,9 +159,9 @@ class _Junction:
         """Yield the paths that cross or join the route, each with its road before and after the junction."""
         for key in self._graph.lanes_of_junction(self._junction_id):
             if key not in self._own_lanes and not self._graph.before(key) & self._entry_lanes:
-                way = self._conflict_path(key, stop_sign)
-                if way is not None:
-                    yield way
+                conflict_path = self._conflict_path(key, stop_sign)
+                if conflict_path is not None:
+                    yield conflict_path
 
     def _conflict_path(self, key: LaneKey, stop_sign: bool) -> ConflictPath | None:
         first, last = self._indices(key)

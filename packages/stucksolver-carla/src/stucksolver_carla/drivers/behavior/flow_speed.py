@@ -121,8 +121,8 @@ class PacedAccelerationLimits(FlowAccelerationLimits):
             or lead_mps + SAME_PACE_MPS < self.flow_mps
         ):
             return acceleration
-        room = gap - FOLLOWED_GAP_M
-        return max(acceleration, toward_gap(speed, room, lead_mps, self._profile.deceleration, 0.0))
+        free_gap = gap - FOLLOWED_GAP_M
+        return max(acceleration, toward_gap(speed, free_gap, lead_mps, self._profile.deceleration, 0.0))
 
     def set_flow_speed(self, joined_mps: float, rear_mps: float, limit_kmh: float, dt_s: float) -> None:
         """Set the flow speed if the joined flow or the rear traffic is clearly faster than the speed limit.

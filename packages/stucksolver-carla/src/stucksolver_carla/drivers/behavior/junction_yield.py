@@ -180,15 +180,15 @@ class JunctionYield:
             speed, min(junction.wait_s + NOSE_M, junction.first_s) - front, _HARD_MPS2
         )
         stop_s = junction.wait_s if may_wait_at_line or front <= junction.wait_s else junction.first_s
-        room = stop_s - front
-        if not may_wait_at_line and self._cannot_wait(speed, room):
+        room_m = stop_s - front
+        if not may_wait_at_line and self._cannot_wait(speed, room_m):
             self._going = junction
             return self._committed_decision(junction, rollout.predict_conflict(traffic, COMMITTED_MARGIN), front, speed)
-        room = max(room, 0.0) if self._sensor_mode else room
+        room_m = max(room_m, 0.0) if self._sensor_mode else room_m
         has_started = self._going is junction
         conflict = rollout.predict_conflict(traffic, COMMITTED_MARGIN if has_started else self._margin())
         if self._sensor_mode and has_started and conflict.met and conflict.pass_soon:
-            return YieldDecision(room, frozenset())
+            return YieldDecision(room_m, frozenset())
         self._free_s = 0.0 if conflict.met else self._free_s + dt_s
         self._conflict_s = self._conflict_s + dt_s if conflict.met else 0.0
         if self._sensor_mode and has_started and 0.0 < self._conflict_s < SETTLED_S:
@@ -201,15 +201,15 @@ class JunctionYield:
         ):
             # The ego started faster than predicted, behind a vehicle that is still passing. It waits for that vehicle,
             # but does not abort, because that would take the gap away.
-            return YieldDecision(room, frozenset())
+            return YieldDecision(room_m, frozenset())
         if self._sensor_mode and not has_started and speed < MIN_MPS and not conflict.met and self._free_s < SETTLED_S:
-            return YieldDecision(room, frozenset())
-        self._waited_s += dt_s if speed < MIN_MPS and room < _AT_LINE_M else 0.0
-        must_decide = room < _AT_LINE_M or not can_stop(speed, room, self._profile.deceleration)
+            return YieldDecision(room_m, frozenset())
+        self._waited_s += dt_s if speed < MIN_MPS and room_m < _AT_LINE_M else 0.0
+        must_decide = room_m < _AT_LINE_M or not can_stop(speed, room_m, self._profile.deceleration)
         self._going = None if conflict.met or not (has_started or must_decide) else junction
         if conflict.met:
-            return YieldDecision(room, frozenset())
-        look_m = room if front <= junction.wait_s and _requires_look(junction, line) else None
+            return YieldDecision(room_m, frozenset())
+        look_m = room_m if front <= junction.wait_s and _requires_look(junction, line) else None
         return YieldDecision(None, conflict.passing, look_m, conflict.leader)
 
     def _drop_passed(self, s: float) -> None:

@@ -40,11 +40,11 @@ def stop_lines(lights: Sequence[carla.TrafficLight], path: Path) -> list[StopLin
 
     Positions come from `TrafficLight.get_stop_waypoints`, which CARLA derives from the light's trigger volume.
     """
-    found: list[StopLine] = []
+    lines: list[StopLine] = []
     for light in lights:
         arc_lengths_m = [s for waypoint in light.get_stop_waypoints() for s in _passes(waypoint.transform, path)]
-        found.extend(StopLine(light, s) for s in _first_of_groups(sorted(arc_lengths_m)))
-    return sorted(found, key=lambda line: line.s)
+        lines.extend(StopLine(light, s) for s in _first_of_groups(sorted(arc_lengths_m)))
+    return sorted(lines, key=lambda line: line.s)
 
 
 def _passes(transform: carla.Transform, path: Path) -> list[float]:

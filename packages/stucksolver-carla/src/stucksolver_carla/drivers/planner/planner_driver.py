@@ -371,11 +371,11 @@ class PlannerDriver(BehaviorDriver):
             if not kind.startswith(("vehicle.", "walker.", "animal."))
         )
         if (context.bodies.speed < STOPPED_MPS).any() or approaches_from_behind(context):
-            lamps = {int(state): int(on) for state, on in self._world.get_vehicles_light_states().items()}
+            lamps = {int(state): int(lit) for state, lit in self._world.get_vehicles_light_states().items()}
             self._hazard_lamps = frozenset(
-                actor_id for actor_id, on in lamps.items() if on & HAZARD_LAMPS == HAZARD_LAMPS
+                actor_id for actor_id, lit in lamps.items() if lit & HAZARD_LAMPS == HAZARD_LAMPS
             )
-            self._emergency_lamps = frozenset(actor_id for actor_id, on in lamps.items() if on & EMERGENCY_LAMPS)
+            self._emergency_lamps = frozenset(actor_id for actor_id, lit in lamps.items() if lit & EMERGENCY_LAMPS)
 
     def _acceleration(self, path: Path, candidate: EgoMotion, around: NearbyObjects) -> float:
         allowed = super()._acceleration(path, candidate, around)

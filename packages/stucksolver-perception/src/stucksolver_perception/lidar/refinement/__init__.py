@@ -1,1 +1,1 @@
-"""Corrects the boxes of the LiDAR network with rules on the returns."""
+"""Corrects the boxes of the LiDAR network with rules on the returns near the vehicle."""

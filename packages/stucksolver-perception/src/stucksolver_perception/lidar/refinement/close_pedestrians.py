@@ -1,8 +1,8 @@
-"""People who stand close to somebody whom the detector named.
+"""Adds pedestrians close to detected pedestrians.
 
-Two people half a meter apart are often one box to the network, on one of them or between both. The other one's rays
-came back, too. So near the vehicle what stands beside a person, further from its middle than a body reaches, is
-another one. A walking person is not wider than that above the knees.
+For two pedestrians half a meter apart, the network often gives one box, on one of them or between both. But both return
+rays. So near the vehicle, returns next to a pedestrian, farther from its center than a body reaches, are from another
+pedestrian. Above the knees, a walking pedestrian is not wider than a body.
 """
 
 from __future__ import annotations
@@ -11,86 +11,94 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stucksolver_perception.free_space import footprints, within
-from stucksolver_perception.lidar.refinement.clusters import clusters_of, with_standing
+from stucksolver_perception.lidar.refinement.clusters import clusters_of, with_stationary
 from stucksolver_perception.lidar_labels import LABELS
 from stucksolver_perception.measurements import Detections, Floats
 
 AHEAD_M = (1.5, 6.0)
-"""From beside the nose on, and as far as the road is as level as under the vehicle, and a person has hundreds of
-returns.
-"""
-ASIDE_M = 3.0
-OWN_LENGTH_M, OWN_WIDTH_M = 2.5, 1.0
-"""Half sizes: returns from within come from the vehicle itself. Closer than `visibility.OWN_LENGTH_M`: who leans on the
-bumper must be seen, and in front of the doors nothing of the body sticks out."""
+"""Distances ahead between which pedestrians are added (m): from the side of the nose, up to where the road is as level
+as below the vehicle and a pedestrian has hundreds of returns. Ours."""
+LATERAL_M = 3.0
+"""Maximum distance from the vehicle's axis (m). Ours."""
+EGO_HALF_LENGTH_M, EGO_HALF_WIDTH_M = 2.5, 1.0
+"""Half length and half width of the ego (m). Returns from within come from the ego itself. They are smaller than those
+of `free_space`, so that a pedestrian who leans on the bumper is found. Ahead of the doors, no part of the body
+projects. Ours."""
 LOW_M, HIGH_M = 0.7, 2.0
-"""Height above the vehicle's road (m): not the legs, which reach further in a stride."""
+"""Heights above the vehicle's road between which returns count (m): above the legs, which reach farther in a stride."""
 BODY_M = 0.4
-"""From the middle of a box to the outermost return of its person: half a body, and the box's error."""
-OUT_M, OUT = 0.5, 4
-"""As many returns of another person are further than this from the named one (m): an elbow, or a coat, is not."""
-BESIDE_M = 1.0
-"""Further from everybody, `residual` asks what it is."""
+"""Distance from a pedestrian box's center to its outermost return (m): half a body, and the box's error."""
+OUTER_M, MIN_OUTER = 0.5, 4
+"""Distance from the detected pedestrian (m), and minimum number of another pedestrian's returns beyond it. An elbow or
+a coat has fewer. Ours."""
+MAX_DISTANCE_M = 1.0
+"""Maximum distance from a detected pedestrian (m). Returns farther away belong to `unexplained_returns`. Ours."""
 LAG_S = 0.2
-"""The box of who moves may lag by as much."""
-EXPLAINS = 0.2
-"""Score from which a detection explains the returns around it."""
+"""Time by which the box of a moving pedestrian may lag (s). Ours."""
+MIN_SCORE = 0.2
+"""Minimum score of a detection that explains the returns around it. Ours."""
 MARGIN_M = 0.4
-"""Boxes of anything else are this much smaller than what they stand for."""
-FEWEST, SHARE = 10, 0.1
-"""Returns that make another person: this many, and this share of those from the named one."""
-TALL_M = 0.3
-"""They extend over this height."""
+"""Margin around other boxes within which returns come from their objects (m). Ours."""
+MIN_RETURNS, MIN_SHARE = 10, 0.1
+"""Minimum number of another pedestrian's returns, and minimum share of those from the detected one. Ours."""
+MIN_SPAN_M = 0.3
+"""Minimum height that these returns span (m). Ours."""
 CELL_M = 0.2
+"""Side of a cell for clusters (m). Ours."""
 SIZE_M = 0.5
+"""Length and width of an added pedestrian (m). Ours."""
 HEIGHT_M = 1.7
+"""Height of an added pedestrian (m). Ours."""
 SCORE = 0.5
-"""As for the obstacles of `residual`: two of these confirm a track."""
+"""Score of an added pedestrian, as in `unexplained_returns`. Two of these confirm a track."""
 
 PEDESTRIAN = LABELS.index("pedestrian")
+"""Index of the label."""
 
 
-def add_close_pedestrians(detections: Detections, points: NDArray[np.floating], known: Floats) -> Detections:
-    """Return the detections, and after them those who stand close to a detected person.
+def add_close_pedestrians(detections: Detections, points: NDArray[np.floating], vehicles: Floats) -> Detections:
+    """Return the detections, followed by pedestrians close to a detected one.
 
     Args:
-        detections: In the vehicle frame.
+        detections: Detections in the vehicle frame.
         points: (n, 3 or more): x, y, z (m) of one full turn in the vehicle frame.
-        known: (k, 8): tracked vehicles, see `residual.with_unexplained`.
+        vehicles: (k, 8): tracked vehicles; see `unexplained_returns.with_unexplained`.
     """
-    sure = detections.score >= EXPLAINS
-    person = sure & (detections.label == PEDESTRIAN)
-    middle = detections.center[person, :2]
-    if not len(middle):
+    certain = detections.score >= MIN_SCORE
+    is_person = certain & (detections.label == PEDESTRIAN)
+    centers = detections.center[is_person, :2]
+    if not len(centers):
         return detections
-    reach = BODY_M + LAG_S * np.hypot(*detections.velocity[person].T)
-    others = np.column_stack([detections.center, detections.size, detections.yaw])[sure & ~person]
-    x, y, z = _close(points)
-    away = np.hypot(x[:, None] - middle[:, 0], y[:, None] - middle[:, 1])
-    own = (away < reach).any(axis=1)
-    bodies = footprints(np.vstack([others, np.reshape(known, (-1, 8))[:, :7]]))
-    left = ~own & (away < BESIDE_M).any(axis=1) & ~within(bodies, x, y, MARGIN_M, MARGIN_M)
-    if left.sum() < FEWEST:
+    reach = BODY_M + LAG_S * np.hypot(*detections.velocity[is_person].T)
+    others = np.column_stack([detections.center, detections.size, detections.yaw])[certain & ~is_person]
+    x, y, z = _returns_close_ahead(points)
+    distance = np.hypot(x[:, None] - centers[:, 0], y[:, None] - centers[:, 1])
+    is_own = (distance < reach).any(axis=1)
+    bodies = footprints(np.vstack([others, np.reshape(vehicles, (-1, 8))[:, :7]]))
+    unexplained = ~is_own & (distance < MAX_DISTANCE_M).any(axis=1) & ~within(bodies, x, y, MARGIN_M, MARGIN_M)
+    if unexplained.sum() < MIN_RETURNS:
         return detections
-    returns = np.column_stack([x, y, z])[left]
-    nearest = away[left].argmin(axis=1)
-    lead = (away[left] - reach).min(axis=1)
-    named = (away < reach).sum(axis=0)
-    found = []
+    returns = np.column_stack([x, y, z])[unexplained]
+    nearest = distance[unexplained].argmin(axis=1)
+    beyond_m = (distance[unexplained] - reach).min(axis=1)
+    num_own = (distance < reach).sum(axis=0)
+    centers_found = []
     cells = np.floor((returns[:, :2] - returns[:, :2].min(axis=0)) / CELL_M).astype(np.int64)
     for group in clusters_of(cells):
-        enough = group.sum() >= max(FEWEST, SHARE * named[nearest[group]].max())
-        reaches = (lead[group] > OUT_M - BODY_M).sum() >= OUT
-        if enough and reaches and np.ptp(returns[group, 2]) >= TALL_M:
-            found.append((returns[group, :2].min(axis=0) + returns[group, :2].max(axis=0)) / 2)
-    places, n = np.array(found).reshape(-1, 2), len(found)
-    center = np.column_stack([places, np.full(n, HEIGHT_M / 2)])
-    return with_standing(detections, np.full(n, PEDESTRIAN), SCORE, center, np.tile((SIZE_M, SIZE_M, HEIGHT_M), (n, 1)))
+        has_enough = group.sum() >= max(MIN_RETURNS, MIN_SHARE * num_own[nearest[group]].max())
+        is_beyond = (beyond_m[group] > OUTER_M - BODY_M).sum() >= MIN_OUTER
+        if has_enough and is_beyond and np.ptp(returns[group, 2]) >= MIN_SPAN_M:
+            centers_found.append((returns[group, :2].min(axis=0) + returns[group, :2].max(axis=0)) / 2)
+    positions, n = np.array(centers_found).reshape(-1, 2), len(centers_found)
+    center = np.column_stack([positions, np.full(n, HEIGHT_M / 2)])
+    return with_stationary(
+        detections, np.full(n, PEDESTRIAN), SCORE, center, np.tile((SIZE_M, SIZE_M, HEIGHT_M), (n, 1))
+    )
 
 
-def _close(points: NDArray[np.floating]) -> tuple[Floats, Floats, Floats]:
-    """Return x, y, z of the returns close ahead that may come from a person's upper body."""
+def _returns_close_ahead(points: NDArray[np.floating]) -> tuple[Floats, Floats, Floats]:
+    """Return x, y, z (m) of the returns close ahead that may come from a person's upper body."""
     x, y, z = (np.asarray(points[:, axis], np.float64) for axis in range(3))
-    near = (x > AHEAD_M[0]) & (x < AHEAD_M[1]) & (np.abs(y) < ASIDE_M) & (z > LOW_M) & (z < HIGH_M)
-    near &= (x > OWN_LENGTH_M) | (np.abs(y) > OWN_WIDTH_M)
-    return x[near], y[near], z[near]
+    usable = (x > AHEAD_M[0]) & (x < AHEAD_M[1]) & (np.abs(y) < LATERAL_M) & (z > LOW_M) & (z < HIGH_M)
+    usable &= (x > EGO_HALF_LENGTH_M) | (np.abs(y) > EGO_HALF_WIDTH_M)
+    return x[usable], y[usable], z[usable]

@@ -1,4 +1,4 @@
-"""Clusters of returns that the detector did not name, and how they are added to what it did."""
+"""Clusters returns, and adds stationary objects to the detections."""
 
 from __future__ import annotations
 
@@ -9,30 +9,30 @@ from stucksolver_perception.measurements import Detections, Floats
 
 
 def clusters_of(cells: NDArray[np.int64]) -> list[NDArray[np.bool_]]:
-    """Return which of the returns belong together, for each cluster of cells that touch, corners included.
+    """Return a mask (m,) of the returns for each cluster of cells that touch, including at corners.
 
     Args:
-        cells: (m, 2): the cell of each return, none of them negative.
+        cells: (m, 2): the cell of each return, without negative numbers.
     """
     from scipy import ndimage  # type: ignore[import-untyped]
 
-    taken = np.zeros(cells.max(axis=0) + 1, np.bool_)
-    taken[cells[:, 0], cells[:, 1]] = True
-    clusters, count = ndimage.label(taken, np.ones((3, 3)))
+    occupied = np.zeros(cells.max(axis=0) + 1, np.bool_)
+    occupied[cells[:, 0], cells[:, 1]] = True
+    clusters, count = ndimage.label(occupied, np.ones((3, 3)))
     cluster = clusters[cells[:, 0], cells[:, 1]]
     return [cluster == n for n in range(1, count + 1)]
 
 
-def with_standing(
+def with_stationary(
     detections: Detections, label: NDArray[np.int64], score: float, center: Floats, size: Floats
 ) -> Detections:
-    """Return the detections, and after them n that stand, along the vehicle's axes.
+    """Return the detections, followed by n stationary objects along the vehicle's axes.
 
     Args:
-        detections: In the vehicle frame.
+        detections: Detections in the vehicle frame.
         label: (n,): index into `LABELS`.
-        score: Of each.
-        center: (n, 3) (m).
+        score: Score of each object.
+        center: (n, 3): centers (m).
         size: (n, 3): length, width, height (m).
     """
     n = len(label)

@@ -1,7 +1,7 @@
-"""Persons whom the network sees in the side of a vehicle.
+"""Removes false pedestrian detections at the sides of vehicles.
 
-Where the LiDAR looks along the side of a van, few rays return, from its edges. The network takes them for a person at
-times, half inside the van. Somebody who stands there returns dozens of rays.
+When the LiDAR's rays pass along the side of a van, few of them return, from its edges. The network sometimes detects
+them as a pedestrian, half inside the van. A real pedestrian there returns dozens of rays.
 """
 
 from __future__ import annotations
@@ -9,41 +9,42 @@ from __future__ import annotations
 import numpy as np
 
 from stucksolver_perception.free_space import EGO_HALF_LENGTH_M, footprints, within
-from stucksolver_perception.lidar.refinement.unexplained_returns import AHEAD_M, ASIDE_M
+from stucksolver_perception.lidar.refinement.unexplained_returns import AHEAD_M, LATERAL_M
 from stucksolver_perception.lidar_labels import LABELS
 from stucksolver_perception.measurements import Detections, Floats
 
-BESIDE_M = 0.5
-"""Who is nearer than this to the side of a vehicle's box may be partly inside the vehicle: half a body, and the box's
-error."""
+SIDE_M = 0.5
+"""Distance from a vehicle's box within which a detection may be partly inside the vehicle (m): half a body, and the
+box's error."""
 SIDE_ERROR_M = 0.1
-"""The vehicle's own returns may lie this far outside its box."""
+"""Margin around a vehicle's box within which returns come from the vehicle (m). Ours."""
 REACH_M = 0.4
-"""From the middle of a person's box to the outermost return: half a body, and the box's error."""
-FEWEST = 4
-"""Returns of a person in one turn. A person at 16 m has about 25 of the shipped LiDAR; in the sides of vans there are
-none to two."""
+"""Distance from a pedestrian box's center to its outermost return (m): half a body, and the box's error."""
+MIN_RETURNS = 4
+"""Minimum number of a pedestrian's returns in one turn. A pedestrian at 16 m has about 25 with the shipped LiDAR; false
+detections at vans have none to two."""
 
 PEDESTRIAN = LABELS.index("pedestrian")
+"""Index of the label."""
 
 
-def drop_false_pedestrians(detections: Detections, standing: Floats, known: Floats) -> Detections:
-    """Return the detections without the persons close ahead who are at a vehicle's side and return hardly any rays.
+def drop_false_pedestrians(detections: Detections, standing: Floats, vehicles: Floats) -> Detections:
+    """Return the detections without pedestrians close ahead at a vehicle's side that have too few returns.
 
     Args:
-        detections: In the vehicle frame.
-        standing: What `residual.standing_returns` found, at the same time.
-        known: (k, 8): tracked vehicles, see `residual.with_unexplained`.
+        detections: Detections in the vehicle frame.
+        standing: Result of `unexplained_returns.standing_returns` at the same time.
+        vehicles: (k, 8): tracked vehicles; see `unexplained_returns.with_unexplained`.
     """
     x, y = detections.center[:, 0], detections.center[:, 1]
-    # Around the others not all returns are in `standing`.
-    near = (x > EGO_HALF_LENGTH_M + REACH_M) & (x < AHEAD_M - REACH_M) & (np.abs(y) < ASIDE_M - REACH_M)
-    bodies = footprints(np.reshape(known, (-1, 8)))
-    doubtful = near & (detections.label == PEDESTRIAN) & within(bodies, x, y, BESIDE_M, BESIDE_M)
-    if not doubtful.any():
+    # Around detections farther out, not all returns are in `standing`.
+    is_near = (x > EGO_HALF_LENGTH_M + REACH_M) & (x < AHEAD_M - REACH_M) & (np.abs(y) < LATERAL_M - REACH_M)
+    vehicle_footprints = footprints(np.reshape(vehicles, (-1, 8)))
+    is_doubtful = is_near & (detections.label == PEDESTRIAN) & within(vehicle_footprints, x, y, SIDE_M, SIDE_M)
+    if not is_doubtful.any():
         return detections
-    outside = standing[~within(bodies, standing[:, 0], standing[:, 1], SIDE_ERROR_M, SIDE_ERROR_M)]
-    away = np.hypot(x[doubtful, None] - outside[:, 0], y[doubtful, None] - outside[:, 1])
-    kept = ~doubtful
-    kept[doubtful] = (away < REACH_M).sum(axis=1) >= FEWEST
-    return detections.part(np.flatnonzero(kept))
+    returns = standing[~within(vehicle_footprints, standing[:, 0], standing[:, 1], SIDE_ERROR_M, SIDE_ERROR_M)]
+    distance = np.hypot(x[is_doubtful, None] - returns[:, 0], y[is_doubtful, None] - returns[:, 1])
+    remains = ~is_doubtful
+    remains[is_doubtful] = (distance < REACH_M).sum(axis=1) >= MIN_RETURNS
+    return detections.part(np.flatnonzero(remains))
