@@ -29,7 +29,7 @@ def main() -> None:
     parser.add_argument("--smoke", action="store_true", help="few repetitions: only tests that the benchmarks run")
     options = parser.parse_args()
     for name in options.names or NAMES:
-        figures = importlib.import_module(f"benchmarks.{name}").run(options.smoke)
+        figures = importlib.import_module(f"lab.benchmarks.{name}").run(options.smoke)
         rounded = {key: float(f"{value:.4g}") for key, value in figures.items()}
         print(json.dumps({name: rounded}, indent=2), flush=True)
 
