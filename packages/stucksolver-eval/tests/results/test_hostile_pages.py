@@ -5,6 +5,7 @@ from __future__ import annotations
 import gzip
 import json
 import re
+import sys
 from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
@@ -156,7 +157,9 @@ def write_record(folder: Path, bad: str) -> None:
 
 def all_pages(folder: Path, bad: str) -> list[Path]:
     """Write every kind of page from two hostile stores, in folders with hostile names."""
-    within = bad.replace("/", "%")
+    # Without UTF-8 a file's name holds only what the system's encoding can write.
+    encoding = sys.getfilesystemencoding()
+    within = bad.replace("/", "%").encode(encoding, "replace").decode(encoding)
     stores = [hostile_store(folder / f"{k}{within}"[:120], bad, recorded=k == 1) for k in range(2)]
     stores.append(hostile_store(folder / "javascript:window.hit=1", bad, recorded=False, reasoner=""))
     summaries = [summarize(item) for item in stores]
