@@ -211,6 +211,7 @@ def test_route_file_name_stays_in_folder_for_any_text(route_id, town, scenario):
 
 
 def test_files_of_two_routes_differ_where_their_names_do():
+    assert save_name("a", "t", "\u2028") != save_name("a", "t", "\u02028"), "no two routes share a file"
     assert save_name("a/b", "town", "x") != save_name("a%2Fb", "town", "x") != save_name("a_b", "town", "x")
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from pathlib import Path
+from urllib.parse import quote
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -123,9 +124,10 @@ def save_name(route_id: str, town: str, scenario: str) -> str:
     """Return the name of a route's files. The town may be a map file.
 
     The names in it come from a route file. None of them leads to another folder, because path separators are encoded.
+    Characters outside ASCII are encoded as well, because a system without UTF-8 cannot write them in a file's name.
     """
     name = f"RouteScenario_{route_id}_rep0_{Path(town).stem}_{scenario}"
-    return re.sub(r"[/\\%\x00-\x1f\x7f]", lambda found: f"%{ord(found[0]):02X}", name)
+    return re.sub(r"[/\\%]|[^ -~]", lambda found: quote(found[0], safe="", errors="surrogatepass"), name)
 
 
 def _status(completion_pct: float, failure: str | None, infractions: int) -> str:
