@@ -7,7 +7,6 @@ every tick, with the real client. The add-on is the stack's status (route projec
 from __future__ import annotations
 
 import multiprocessing
-import socket
 import statistics
 import time
 from collections.abc import Callable
@@ -15,11 +14,12 @@ from typing import Any, TypeVar
 
 import carla
 
+from lab.benchmarks.carlette_clients import free_port, synchronous_manager
 from lab.benchmarks.carlette_ticks import LONGEST_RUN_S
 from stucksolver.solver import StuckSolver
 from stucksolver_carla.drivers.behavior import BehaviorDriver
 from stucksolver_carla.stack import CarlaStack
-from stucksolver_eval.simulator_server import carlette_server
+from stucksolver_eval.simulator_server import carlette_server, set_synchronous
 from stucksolver_eval.streets.finder import choose_street
 
 CARS = 20
@@ -87,9 +87,7 @@ class Times(dict[str, list[float]]):
 def busy_town(client: carla.Client) -> tuple[carla.World, carla.Vehicle, carla.Location]:
     """Return a synchronous world with `CARS` cars of the TrafficManager, a stopped ego in a street, and its goal."""
     world = client.get_world()
-    settings = world.get_settings()
-    settings.synchronous_mode, settings.fixed_delta_seconds = True, STEP_S
-    world.apply_settings(settings)
+    set_synchronous(world, STEP_S)
     carla_map = world.get_map()
     site = choose_street(carla_map, "one_lane", 1, 260)
     library = world.get_blueprint_library()
@@ -100,9 +98,7 @@ def busy_town(client: carla.Client) -> tuple[carla.World, carla.Vehicle, carla.L
     spots = [s for s in carla_map.get_spawn_points() if s.location.distance(place.location) > 15.0]
     cars = [car for car in (world.try_spawn_actor(model, spot) for spot in spots[: 2 * CARS]) if car][:CARS]
     world.tick()
-    manager = client.get_trafficmanager(_free_port())
-    manager.set_synchronous_mode(True)
-    manager.set_random_device_seed(1)
+    manager = synchronous_manager(client, free_port(), seed=1)
     for car in cars:
         car.set_autopilot(True, manager.get_port())
     return world, ego, site.destination.transform.location
@@ -124,12 +120,6 @@ def _drive(client: carla.Client, ticks: int) -> Times:
             if status.at_destination:
                 break
     return times
-
-
-def _free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
 
 
 def _figures(times: Times) -> dict[str, float]:

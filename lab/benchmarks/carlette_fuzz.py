@@ -16,17 +16,15 @@ import argparse
 import json
 import random
 import socket
-import subprocess
 import sys
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from lab.benchmarks.carlette_soak import READY, resident_mb
+from lab.benchmarks.carlette_clients import running_server
+from lab.benchmarks.carlette_soak import resident_mb
 
 TESTS = Path(__file__).resolve().parents[2] / "packages" / "carlette" / "tests"
 """Folder of the fuzzing code."""
@@ -44,7 +42,11 @@ def fuzz(minutes: float, seed: int) -> dict[str, Any]:
     nonsense = __import__("nonsense")
     counts: Counter[str] = Counter()
     end = time.monotonic() + 60.0 * minutes
-    with tempfile.TemporaryDirectory() as folder, _server(Path(folder)) as (port, process):
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        (Path(folder) / LOG).open("a") as log_file,
+        running_server(log=log_file, folder=Path(folder)) as (port, server),
+    ):
         log = Path(folder) / LOG
         healthy, warm_mb, reported = nonsense.Healthy(port), 0.0, time.monotonic()
         while time.monotonic() < end:
@@ -54,12 +56,12 @@ def fuzz(minutes: float, seed: int) -> dict[str, Any]:
                 healthy.check()
             except (AssertionError, OSError) as error:
                 last = log.read_text(errors="replace", encoding="utf-8")[-2000:]
-                raise SystemExit(f"{last}\nseed {seed}: {error!r}; exit status {process.poll()}") from error
+                raise SystemExit(f"{last}\nseed {seed}: {error!r}; exit status {server.poll()}") from error
             if time.monotonic() - reported > REPORT_S:
-                reported, warm_mb = time.monotonic(), warm_mb or resident_mb(process.pid)
-                print(f"seed {seed}: {dict(counts)}, {resident_mb(process.pid):.0f} MB", file=sys.stderr, flush=True)
+                reported, warm_mb = time.monotonic(), warm_mb or resident_mb(server.pid)
+                print(f"seed {seed}: {dict(counts)}, {resident_mb(server.pid):.0f} MB", file=sys.stderr, flush=True)
         errors = log.read_text(errors="replace", encoding="utf-8").count(OURS)
-        memory = {"memory_mb_warm": warm_mb, "memory_mb_end": resident_mb(process.pid)}
+        memory = {"memory_mb_warm": warm_mb, "memory_mb_end": resident_mb(server.pid)}
         return {"minutes": minutes, **counts, "checks": sum(counts.values()), "errors_in_log": errors, **memory}
 
 
@@ -91,24 +93,6 @@ def _say(nonsense: Any, port: int, data: bytes, chance: random.Random) -> None:
         if chance.random() < 0.5:
             nonsense.resets(sock)
         sock.sendall(data)
-
-
-@contextmanager
-def _server(folder: Path) -> Iterator[tuple[int, subprocess.Popen[str]]]:
-    command = [sys.executable, "-m", "carlette", "--port", "0", "--map", "demo_town", "--exit-on-stdin-eof"]
-    with (
-        (folder / LOG).open("a") as errors,
-        subprocess.Popen(
-            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=errors, text=True, cwd=folder
-        ) as process,
-    ):
-        try:
-            ready = READY.search(process.stdout.readline() if process.stdout else "")
-            if ready is None:
-                raise RuntimeError("the server did not start; see its message")
-            yield int(ready[1]), process
-        finally:
-            process.terminate()
 
 
 def main() -> None:

@@ -9,13 +9,11 @@ import multiprocessing
 import os
 import time
 from pathlib import Path
-from queue import Queue
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from lab.benchmarks.carlette_ticks import LONGEST_RUN_S, MANAGER_PORT, STEP_S, running_server, spawn_cars
-
-if TYPE_CHECKING:
-    import carla
+from lab.benchmarks.carlette_clients import STEP_S, listen, running_server, synchronous_manager
+from lab.benchmarks.carlette_ticks import LONGEST_RUN_S, MANAGER_PORT, spawn_cars
+from stucksolver_eval.simulator_server import set_synchronous
 
 CARS = 20
 """Number of cars of the TrafficManager."""
@@ -65,7 +63,7 @@ def _measure(name: str, ticks: int) -> tuple[float, float]:
             for _ in range(2):  # after warming up, and at the end
                 if not receiver.poll(LONGEST_RUN_S):
                     raise RuntimeError(f"the client with sensors '{name}' did not finish within {LONGEST_RUN_S:g} s")
-                moments.append((receiver.recv(), _processor_s(server)))
+                moments.append((receiver.recv(), _processor_s(server.pid)))
             (start, before), (end, after) = moments
             return ticks * STEP_S / (end - start), 1e3 * (after - before) / ticks
         except EOFError:
@@ -81,17 +79,13 @@ def _drive(port: int, name: str, ticks: int, result: Any) -> None:
     client = carla.Client("127.0.0.1", port)
     client.set_timeout(60.0)
     world = client.get_world()
-    settings = world.get_settings()
-    settings.synchronous_mode, settings.fixed_delta_seconds = True, STEP_S
-    world.apply_settings(settings)
-    manager = client.get_trafficmanager(MANAGER_PORT)
-    manager.set_synchronous_mode(True)
-    manager.set_random_device_seed(1)
+    set_synchronous(world, STEP_S)
+    synchronous_manager(client, MANAGER_PORT, seed=1)
     cars = spawn_cars(world, CARS)
     for car in cars:
         car.set_autopilot(True, MANAGER_PORT)
-    queues = [_listen(carla, world, cars[0], type_id, attributes) for type_id, attributes in SETS[name]]
-    measuring = [item for item, (type_id, _) in zip(queues, SETS[name], strict=True) if "collision" not in type_id]
+    sensors = [listen(world, cars[0], type_id, attributes) for type_id, attributes in SETS[name]]
+    measuring = [queue for sensor, queue in sensors if "collision" not in sensor.type_id]
     for tick in range(WARM_UP_TICKS + ticks):
         if tick == WARM_UP_TICKS:
             result.send(time.perf_counter())
@@ -106,14 +100,3 @@ def _processor_s(pid: int) -> float:
     """Return the CPU time of a process on this machine (s)."""
     fields = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
-
-
-def _listen(carla: Any, world: carla.World, car: Any, type_id: str, attributes: dict[str, int]) -> Queue[int]:
-    blueprint = world.get_blueprint_library().find(type_id)
-    for key, value in attributes.items():
-        blueprint.set_attribute(key, str(value))
-    queue: Queue[int] = Queue()
-    sensor = world.spawn_actor(blueprint, carla.Transform(carla.Location(x=0.5, z=2.4)), attach_to=car)
-    sensor.listen(lambda data: queue.put(data.frame))
-    queue.sensor = sensor  # type: ignore[attr-defined]  # a sensor without a reference is stopped
-    return queue

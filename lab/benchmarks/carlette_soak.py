@@ -14,27 +14,23 @@ from __future__ import annotations
 import argparse
 import json
 import multiprocessing
-import random
 import re
-import subprocess
 import sys
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Any
 
-STEP_S = 0.05
-"""Step of the simulation (s)."""
+from lab.benchmarks.carlette_clients import STEP_S, running_server, spawn_shuffled, synchronous_manager
+from stucksolver_eval.simulator_server import set_synchronous
+
 MANAGER_PORT = 8771
 """Port of the traffic manager."""
 HANG_S = 30.0
 """Time without a reported tick after which a client counts as hanging (s). A rescue takes about half a second."""
 REPORT_TICKS = 500
 """Number of ticks between two reports."""
-READY = re.compile(r"listening on \S+:(\d+) map=")
 WOKEN = "from a lost wake-up"
 COUNTED = ("ticks", "hangs", "rescues")
 
@@ -51,7 +47,7 @@ def soak(ticks: int, cars: int, town: str, seed: int, ledger: Path | None = None
 
 
 def _run(ticks: int, cars: int, town: str, seed: int, ledger: Path | None) -> dict[str, Any]:
-    with tempfile.TemporaryFile("a+") as log, logging_server(town, log) as (port, server):
+    with tempfile.TemporaryFile("a+") as log, running_server(town, log=log) as (port, server):
         receiver, sender = multiprocessing.get_context("spawn").Pipe(duplex=False)
         arguments = (port, cars, ticks, seed, sender)
         client = multiprocessing.get_context("spawn").Process(target=_drive, args=arguments, daemon=True)
@@ -83,7 +79,7 @@ def _run(ticks: int, cars: int, town: str, seed: int, ledger: Path | None) -> di
             "rescues": count_rescues(log),
             "ticks_per_s": done / seconds,
             "mean_distance_m": moved_m / max(cars, 1),
-            "server_memory_mb": resident_mb(server),
+            "server_memory_mb": resident_mb(server.pid),
         }
 
 
@@ -91,20 +87,6 @@ def _note(ledger: Path | None, **counts: int) -> None:
     if ledger:
         with ledger.open("a") as lines:
             lines.write(json.dumps(counts) + "\n")
-
-
-@contextmanager
-def logging_server(town: str, log: IO[str]) -> Iterator[tuple[int, int]]:
-    """Run a server; yield its port and process id. It logs to a file, because an unread pipe would block it."""
-    command = [sys.executable, "-m", "carlette", "--port", "0", "--map", town, "--exit-on-stdin-eof"]
-    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=log, text=True) as process:
-        try:
-            ready = READY.search(process.stdout.readline() if process.stdout else "")
-            if ready is None:
-                raise RuntimeError("the server did not start; see its message")
-            yield int(ready[1]), process.pid
-        finally:
-            process.terminate()
 
 
 def count_rescues(log: IO[str]) -> int:
@@ -125,17 +107,9 @@ def _drive(port: int, cars: int, ticks: int, seed: int, result: Any) -> None:
     client = carla.Client("127.0.0.1", port)
     client.set_timeout(HANG_S)
     world = client.get_world()
-    settings = world.get_settings()
-    settings.synchronous_mode, settings.fixed_delta_seconds = True, STEP_S
-    world.apply_settings(settings)
-    manager = client.get_trafficmanager(MANAGER_PORT)
-    manager.set_synchronous_mode(True)
-    manager.set_random_device_seed(seed)
-    blueprint = world.get_blueprint_library().find("vehicle.tesla.model3")
-    spots = world.get_map().get_spawn_points()
-    random.Random(seed).shuffle(spots)
-    spawned = (world.try_spawn_actor(blueprint, spot) for spot in spots)
-    fleet = [car for _, car in zip(range(cars), (item for item in spawned if item is not None), strict=False)]
+    set_synchronous(world, STEP_S)
+    synchronous_manager(client, MANAGER_PORT, seed)
+    fleet = spawn_shuffled(world, cars, seed)
     world.tick()
     for car in fleet:
         car.set_autopilot(True, MANAGER_PORT)

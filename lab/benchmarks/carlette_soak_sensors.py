@@ -16,8 +16,6 @@ import argparse
 import itertools
 import json
 import multiprocessing
-import random
-import socket
 import statistics
 import sys
 import tempfile
@@ -26,8 +24,17 @@ from pathlib import Path
 from queue import Empty, Queue
 from typing import IO, TYPE_CHECKING, Any
 
+from lab.benchmarks.carlette_clients import (
+    STEP_S,
+    free_port,
+    listen,
+    running_server,
+    spawn_shuffled,
+    synchronous_manager,
+)
 from lab.benchmarks.carlette_sensors import CAMERA, LIDAR, SMALL
-from lab.benchmarks.carlette_soak import STEP_S, count_rescues, logging_server, resident_mb
+from lab.benchmarks.carlette_soak import count_rescues, resident_mb
+from stucksolver_eval.simulator_server import set_synchronous
 
 if TYPE_CHECKING:
     import carla
@@ -53,13 +60,13 @@ ENDINGS = ("crashed", "failed", "hung")
 def soak(minutes: float, ledger: Path, ticks: int, towns: tuple[str, ...] = TOWNS) -> dict[str, Any]:
     """Run rounds until `minutes` are over; return sums over all rounds in the `ledger`."""
     done = len(_rounds(ledger))
-    with tempfile.TemporaryFile("a+") as log, logging_server(towns[0], log) as (port, server):
+    with tempfile.TemporaryFile("a+") as log, running_server(towns[0], log=log) as (port, server):
         deadline = time.monotonic() + 60.0 * minutes
         for number, town in zip(itertools.count(done), itertools.cycle(towns), strict=False):
             if time.monotonic() >= deadline:
                 break
             found = {"round": number, "town": town, **_round(port, town, ticks, number)}
-            found |= {"rss_mb": round(resident_mb(server), 1), "rescues": count_rescues(log)}
+            found |= {"rss_mb": round(resident_mb(server.pid), 1), "rescues": count_rescues(log)}
             with ledger.open("a") as lines:
                 lines.write(json.dumps(found) + "\n")
             print(json.dumps(found), file=sys.stderr, flush=True)
@@ -99,18 +106,14 @@ def _drive(port: int, town: str, ticks: int, seed: int, result: Any) -> None:
     client = carla.Client("127.0.0.1", port)
     client.set_timeout(CLIENT_TIMEOUT_S)
     world = client.load_world(town)
-    settings = world.get_settings()
-    settings.synchronous_mode, settings.fixed_delta_seconds = True, STEP_S
-    world.apply_settings(settings)
-    port = _free_port()
-    manager = client.get_trafficmanager(port)
-    manager.set_synchronous_mode(True)
-    manager.set_random_device_seed(seed)
-    cars = _cars(world, seed)
+    set_synchronous(world, STEP_S)
+    port = free_port()
+    manager = synchronous_manager(client, port, seed)
+    cars = spawn_shuffled(world, 1 + CARS, seed)
     world.tick()
     for car in cars:
         car.set_autopilot(True, port)
-    sensors = [_listen(carla, world, cars[0], type_id, attributes) for type_id, attributes in SENSORS]
+    sensors = [listen(world, cars[0], type_id, attributes) for type_id, attributes in SENSORS]
     found = _tick(world, ticks, {item.type_id: queue for item, queue in sensors})
     for sensor, _ in sensors:
         sensor.destroy()
@@ -119,37 +122,8 @@ def _drive(port: int, town: str, ticks: int, seed: int, result: Any) -> None:
     # to end.
     world.tick()
     manager.set_synchronous_mode(False)
-    settings.synchronous_mode = False
-    world.apply_settings(settings)
+    set_synchronous(world, None)
     result.send(found)
-
-
-def _free_port() -> int:
-    """Return a free port. Another soak test on this machine may use any fixed one."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
-
-
-def _cars(world: carla.World, seed: int) -> list[Any]:
-    """Return the ego and the others, at spawn points drawn with the seed."""
-    blueprint = world.get_blueprint_library().find("vehicle.tesla.model3")
-    spots = world.get_map().get_spawn_points()
-    random.Random(seed).shuffle(spots)
-    spawned = (world.try_spawn_actor(blueprint, spot) for spot in spots)
-    return [car for _, car in zip(range(1 + CARS), (item for item in spawned if item is not None), strict=False)]
-
-
-def _listen(
-    carla: Any, world: carla.World, car: Any, type_id: str, attributes: dict[str, int]
-) -> tuple[Any, Queue[int]]:
-    blueprint = world.get_blueprint_library().find(type_id)
-    for key, value in attributes.items():
-        blueprint.set_attribute(key, str(value))
-    queue: Queue[int] = Queue()
-    sensor = world.spawn_actor(blueprint, carla.Transform(carla.Location(x=0.5, z=2.4)), attach_to=car)
-    sensor.listen(lambda data: queue.put(data.frame))
-    return sensor, queue
 
 
 def _tick(world: carla.World, ticks: int, queues: dict[str, Queue[int]]) -> dict[str, float]:

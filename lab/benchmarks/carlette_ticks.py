@@ -8,17 +8,13 @@ change shows the cost of the client and the sockets alone: no server in Python c
 from __future__ import annotations
 
 import multiprocessing
-import re
 import statistics
-import subprocess
-import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import Any
 
-STEP_S = 0.05
-"""Step of the simulation (s)."""
+from lab.benchmarks.carlette_clients import CAR, PROGRAM, STEP_S, running_server, synchronous_manager
+from stucksolver_eval.simulator_server import set_synchronous
+
 WARM_UP_TICKS = 40
 """Number of ticks before the measurement."""
 MANAGER_PORT = 8765
@@ -27,7 +23,6 @@ LONGEST_RUN_S = 120.0
 """Time after which a client counts as hanging (s)."""
 FLEETS = (0, 20, 50)
 """Numbers of cars."""
-PROGRAM = ("-m", "carlette")
 ROUNDS = 3
 """Number of rounds whose median counts."""
 STANDING_STILL = """
@@ -40,7 +35,6 @@ simulator.Simulator.tick = tick
 cli.main()
 """
 """A server that sends snapshots but computes nothing."""
-READY = re.compile(r"listening on \S+:(\d+) map=")
 
 
 def run(smoke: bool) -> dict[str, float]:
@@ -71,7 +65,7 @@ def _measure(cars: int | None, ticks: int, program: tuple[str, ...]) -> float:
         RuntimeError: The client returns no result.
     """
     context = multiprocessing.get_context("spawn")
-    with running_server(program) as (port, _):
+    with running_server(program=program) as (port, _):
         receiver, sender = context.Pipe(duplex=False)
         client = context.Process(target=_drive, args=(port, cars, ticks, sender), daemon=True)
         client.start()
@@ -87,20 +81,6 @@ def _measure(cars: int | None, ticks: int, program: tuple[str, ...]) -> float:
             client.join()
 
 
-@contextmanager
-def running_server(program: tuple[str, ...] = PROGRAM) -> Iterator[tuple[int, int]]:
-    """Run a server with the demo town on a free port; yield the port and the process id."""
-    command = [sys.executable, *program, "--port", "0", "--map", "demo_town", "--exit-on-stdin-eof"]
-    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
-        try:
-            ready = READY.search(process.stdout.readline() if process.stdout else "")
-            if ready is None:
-                raise RuntimeError("the server did not start; see its message")
-            yield int(ready[1]), process.pid
-        finally:
-            process.terminate()
-
-
 def _drive(port: int, cars: int | None, ticks: int, result: Any) -> None:
     """Connect, spawn `cars` under a traffic manager (None: no manager either), tick, and send the rate."""
     import carla
@@ -108,13 +88,9 @@ def _drive(port: int, cars: int | None, ticks: int, result: Any) -> None:
     client = carla.Client("127.0.0.1", port)
     client.set_timeout(20.0)
     world = client.get_world()
-    settings = world.get_settings()
-    settings.synchronous_mode, settings.fixed_delta_seconds = True, STEP_S
-    world.apply_settings(settings)
+    set_synchronous(world, STEP_S)
     if cars is not None:
-        manager = client.get_trafficmanager(MANAGER_PORT)
-        manager.set_synchronous_mode(True)
-        manager.set_random_device_seed(1)
+        synchronous_manager(client, MANAGER_PORT, seed=1)
         for car in spawn_cars(world, cars):
             car.set_autopilot(True, MANAGER_PORT)
     for _ in range(WARM_UP_TICKS):
@@ -126,7 +102,7 @@ def _drive(port: int, cars: int | None, ticks: int, result: Any) -> None:
 
 
 def spawn_cars(world: Any, count: int) -> list[Any]:
-    blueprint = world.get_blueprint_library().find("vehicle.tesla.model3")
+    blueprint = world.get_blueprint_library().find(CAR)
     cars: list[Any] = []
     for spot in world.get_map().get_spawn_points():
         car = world.try_spawn_actor(blueprint, spot) if len(cars) < count else None
