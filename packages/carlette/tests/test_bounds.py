@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from carlette.client_versions import DEFAULT_VERSION, VERSIONS
-from carlette.errors import CompletionRequestError
+from carlette.errors import RequestError
 from carlette.recorder import LogRecorder, Replay, read_tape
 from carlette.recorder.log_file import MAGIC, encode_entry
 from carlette.rpc.handlers.actors import MOST_TEXT
@@ -88,7 +88,7 @@ def test_world_at_actor_limit_rejects_spawn() -> None:
     for number in range(MOST_ACTORS - len(world.actors)):
         world.enter("other", world.spectator.kind, world.pose(world.spectator), world.spectator.box)
         del number
-    with pytest.raises(CompletionRequestError, match=f"{MOST_ACTORS:,}.*destroy"):
+    with pytest.raises(RequestError, match=f"{MOST_ACTORS:,}.*destroy"):
         spawn(world, "static.prop.constructioncone", {}, world.pose(world.spectator))
 
 
@@ -204,7 +204,7 @@ def test_recorder_damaged_log_never_crashes_server(tmp_path, change, spawned) ->
     simulator.world.settings = simulator.world.settings.__class__(True, False, 0.05)
     try:
         simulator.replay = Replay(read_tape(path), simulator.world)
-    except CompletionRequestError as error:
+    except RequestError as error:
         assert str(path) in str(error)
     for _ in range(5):
         simulator.tick()

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from carlette.errors import CompletionRequestError, SpawnCollisionError
+from carlette.errors import RequestError, SpawnCollisionError
 from carlette.geometry import Pose, Vector
 from carlette.physics.overlap import boxes_of, overlaps
 from carlette.world.spawn import spawn
@@ -147,15 +147,15 @@ def test_props_may_stand_anywhere() -> None:
 @pytest.mark.parametrize("bad", [float("nan"), float("inf")])
 def test_a_place_that_is_not_finite_is_refused(bad: float) -> None:
     world = straight_world()
-    with pytest.raises(CompletionRequestError, match="not finite"):
+    with pytest.raises(RequestError, match="not finite"):
         spawn(world, CAR, {}, Pose(Vector(bad, 0.0, 0.0)))
 
 
 def test_unknown_kinds_and_parents_are_refused_by_name() -> None:
     world = straight_world()
-    with pytest.raises(CompletionRequestError, match=r"sensor\.camera\.dvs"):
+    with pytest.raises(RequestError, match=r"sensor\.camera\.dvs"):
         spawn(world, "sensor.camera.dvs", {}, Pose())
-    with pytest.raises(CompletionRequestError, match="4711"):
+    with pytest.raises(RequestError, match="4711"):
         spawn(world, "sensor.other.collision", {}, Pose(), parent_id=4711)
 
 

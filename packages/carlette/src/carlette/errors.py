@@ -13,18 +13,18 @@ class MapError(StartupError):
     """An OpenDRIVE map is missing, unreadable or has no driving lane."""
 
 
-class CompletionRequestError(CarletteError):
+class RequestError(CarletteError):
     """A client's request cannot be executed. The client raises it as `RuntimeError`."""
 
 
-class SpawnCollisionError(CompletionRequestError):
+class SpawnCollisionError(RequestError):
     """The spawn point is occupied. CARLA's client code matches this exact text."""
 
     def __init__(self) -> None:
         super().__init__("Spawn failed because of collision at spawn position")
 
 
-class UnknownActorError(CompletionRequestError):
+class UnknownActorError(RequestError):
     """A request names an actor that does not exist."""
 
     def __init__(self, actor_id: int, method: str) -> None:

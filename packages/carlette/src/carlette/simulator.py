@@ -11,7 +11,7 @@ from typing import Any
 from carlette.allocator import release_memory
 from carlette.blueprints import load_catalog
 from carlette.client_versions import ClientVersion
-from carlette.errors import CompletionRequestError
+from carlette.errors import RequestError
 from carlette.opendrive.map_file import MapFile, available_towns, check_opendrive, find_town
 from carlette.opendrive.road_network import RoadNetwork
 from carlette.opendrive.value_limits import check_bounds
@@ -162,7 +162,7 @@ class Simulator:
     def _play(self, replay: Replay) -> None:
         try:
             replay.step(self.world)
-        except (CompletionRequestError, ValueError) as error:
+        except (RequestError, ValueError) as error:
             # This world may have no space for an actor of the log. The tick continues without it.
             log.error("the replay ends here: %s", error)
             self.end_replay(keep_actors=False)

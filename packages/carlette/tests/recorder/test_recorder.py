@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from carlette.blueprints import AttributeType
-from carlette.errors import CompletionRequestError
+from carlette.errors import RequestError
 from carlette.geometry import Pose, Vector
 from carlette.recorder import LogRecorder, Replay, ReplayOptions, read_tape, report
 from carlette.recorder.log_file import MAGIC
@@ -173,7 +173,7 @@ def test_recorder_invalid_file_is_rejected_with_its_problem(
     path = tmp_path / "other.log"
     if content is not None:
         path.write_bytes(content)
-    with pytest.raises(CompletionRequestError, match=rf"other\.log.*{problem}"):
+    with pytest.raises(RequestError, match=rf"other\.log.*{problem}"):
         read_tape(path)
 
 
@@ -181,16 +181,16 @@ def test_recorder_invalid_file_is_rejected_with_its_problem(
 def test_a_file_of_somebody_else_is_never_overwritten(tmp_path: Path, text: str) -> None:
     theirs = tmp_path / "thesis.tex"
     theirs.write_text(text, encoding="utf-8")
-    with pytest.raises(CompletionRequestError, match=r"thesis\.tex' exists and is not a carlette log"):
+    with pytest.raises(RequestError, match=r"thesis\.tex' exists and is not a carlette log"):
         LogRecorder(theirs, straight_world())
     assert theirs.read_text(encoding="utf-8") == text
 
 
 def test_recorder_missing_folder_and_wrong_map_are_rejected(recorded, tmp_path: Path) -> None:
     """A recording into a missing folder and a replay of a log of another map are rejected."""
-    with pytest.raises(CompletionRequestError, match="cannot record to"):
+    with pytest.raises(RequestError, match="cannot record to"):
         LogRecorder(tmp_path / "no" / "folder.log", straight_world())
     tape = read_tape(recorded[0])
     tape.map_name = "Town99"
-    with pytest.raises(CompletionRequestError, match=r"of map Town99, but straight is loaded; call load_world"):
+    with pytest.raises(RequestError, match=r"of map Town99, but straight is loaded; call load_world"):
         Replay(tape, straight_world())

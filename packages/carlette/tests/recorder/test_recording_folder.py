@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from carlette.errors import CompletionRequestError
+from carlette.errors import RequestError
 from carlette.recorder import default_folder, make_room, path_in
 
 
@@ -18,7 +18,7 @@ def test_a_name_within_the_folder_is_taken_relative_or_absolute(tmp_path: Path, 
 
 @pytest.mark.parametrize("name", ["", ".", "..", "../run.log", "a/../run.log", "/etc/passwd", "a\0b"])
 def test_what_leads_elsewhere_is_refused(tmp_path: Path, name: str) -> None:
-    with pytest.raises(CompletionRequestError, match=r"give (one|a name) such as run\.log"):
+    with pytest.raises(RequestError, match=r"give (one|a name) such as run\.log"):
         path_in(tmp_path, name)
 
 
@@ -27,7 +27,7 @@ def test_a_link_leads_nowhere_else_either(tmp_path: Path) -> None:
     folder.mkdir()
     outside.mkdir()
     (folder / "door").symlink_to(outside)
-    with pytest.raises(CompletionRequestError, match="is not a file within"):
+    with pytest.raises(RequestError, match="is not a file within"):
         path_in(folder, "door/run.log")
 
 
@@ -35,7 +35,7 @@ def test_the_folder_comes_into_being_with_the_first_log(tmp_path: Path) -> None:
     make_room(tmp_path / "a" / "b" / "run.log")
     assert (tmp_path / "a" / "b").is_dir()
     (tmp_path / "file").write_text("in the way", encoding="utf-8")
-    with pytest.raises(CompletionRequestError, match="start the server with another --recordings"):
+    with pytest.raises(RequestError, match="start the server with another --recordings"):
         make_room(tmp_path / "file" / "run.log")
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from mounting import ON_ROOF_M, Mounted, lidar_points, mount, street
 
-from carlette.errors import CompletionRequestError
+from carlette.errors import RequestError
 from carlette.geometry import Pose, Rotation, Vector
 from straight import add
 
@@ -147,7 +147,7 @@ def test_a_sensor_inside_its_car_looks_out_of_it(world) -> None:
     [("channels", "0"), ("channels", "1e9"), ("range", "nan"), ("points_per_second", "many"), ("upper_fov", "170")],
 )
 def test_an_attribute_out_of_its_range_is_refused_by_name(world, name: str, value: str) -> None:
-    with pytest.raises(CompletionRequestError, match=rf"'{name}' is '{value}'; give a"):
+    with pytest.raises(RequestError, match=rf"'{name}' is '{value}'; give a"):
         mount(world, "sensor.lidar.ray_cast", PLACE, **{name: value})
 
 

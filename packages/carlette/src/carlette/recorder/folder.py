@@ -9,7 +9,7 @@ import os
 import tempfile
 from pathlib import Path
 
-from carlette.errors import CompletionRequestError
+from carlette.errors import RequestError
 
 LONGEST_NAME, LONGEST_PATH = 255, 1024
 """Longest name and longest path within the folder (bytes).
@@ -33,29 +33,29 @@ def path_in(folder: Path, name: str) -> Path:
     """Return the file that a client names: relative to the folder, or absolute and within it.
 
     Raises:
-        CompletionRequestError: The name leads elsewhere, also through `..` or a link.
+        RequestError: The name leads elsewhere, also through `..` or a link.
     """
     encoded = os.fsencode(name)
     if not name or "\0" in name or len(encoded) > LONGEST_PATH or max(map(len, encoded.split(b"/"))) > LONGEST_NAME:
-        raise CompletionRequestError(f"'{_short(name)}' is not a file name; give one such as run.log")
+        raise RequestError(f"'{_short(name)}' is not a file name; give one such as run.log")
     root = folder.resolve()
     if ".." in Path(name).parts:
-        raise CompletionRequestError(_refusal(name, root))
+        raise RequestError(_refusal(name, root))
     try:
         path = (root / name).resolve()
     except (OSError, RuntimeError):  # circular links
-        raise CompletionRequestError(f"'{_short(name)}' is not a file name; give one such as run.log") from None
+        raise RequestError(f"'{_short(name)}' is not a file name; give one such as run.log") from None
     if path == root or not path.is_relative_to(root):
-        raise CompletionRequestError(_refusal(name, root))
+        raise RequestError(_refusal(name, root))
     return path
 
 
 def make_room(path: Path) -> None:
-    """Create the folder of a log; raise `CompletionRequestError` if that fails."""
+    """Create the folder of a log; raise `RequestError` if that fails."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise CompletionRequestError(
+        raise RequestError(
             f"cannot record to '{path}': {error.strerror}; start the server with another --recordings"
         ) from None
 

@@ -23,7 +23,7 @@ import msgpack
 import numpy as np
 from numpy.typing import NDArray
 
-from carlette.errors import CompletionRequestError
+from carlette.errors import RequestError
 from carlette.geometry import FARTHEST
 from carlette.safe_files import read_regular
 
@@ -94,19 +94,17 @@ def encode_entry(*parts: Any) -> bytes:
 
 
 def read_tape(path: Path) -> LogFile:
-    """Read a log; raise `CompletionRequestError` if the file is missing, unreadable or of another format."""
+    """Read a log; raise `RequestError` if the file is missing, unreadable or of another format."""
     try:
         if not path.is_file():
             raise FileNotFoundError
         data = read_regular(path, LARGEST_BYTES)
     except FileNotFoundError:
-        raise CompletionRequestError(f"File '{path}' not found on server") from None
+        raise RequestError(f"File '{path}' not found on server") from None
     except OSError as error:
-        raise CompletionRequestError(f"the log '{path}' cannot be read: {error.strerror}") from None
+        raise RequestError(f"the log '{path}' cannot be read: {error.strerror}") from None
     if not data.startswith(MAGIC):
-        raise CompletionRequestError(
-            f"'{path}' is not a carlette log (CARLA's own logs cannot be read); record one with it"
-        )
+        raise RequestError(f"'{path}' is not a carlette log (CARLA's own logs cannot be read); record one with it")
     tape = LogFile(path)
     parts = msgpack.Unpacker(raw=False, unicode_errors="surrogateescape", max_buffer_size=LARGEST_BYTES)
     parts.feed(data[len(MAGIC) :])
@@ -114,7 +112,7 @@ def read_tape(path: Path) -> LogFile:
         for part in parts:
             _take(tape, *part)
     except (msgpack.UnpackException, ValueError, TypeError, KeyError, AttributeError, IndexError) as error:
-        raise CompletionRequestError(
+        raise RequestError(
             f"the log '{path}' is damaged after {tape.duration_s:.2f} s ({error}); record again"
         ) from None
     return tape

@@ -9,7 +9,7 @@ from typing import BinaryIO
 
 import numpy as np
 
-from carlette.errors import CompletionRequestError
+from carlette.errors import RequestError
 from carlette.recorder.log_file import MAGIC, encode_entry
 from carlette.world.actor import ActorKind
 from carlette.world.world import World
@@ -23,7 +23,7 @@ class LogRecorder:
     """One recording."""
 
     def __init__(self, path: Path, world: World) -> None:
-        """Begin a file; raise `CompletionRequestError` if that fails or another kind of file is there."""
+        """Begin a file; raise `RequestError` if that fails or another kind of file is there."""
         self.path = path
         self._began_s = world.elapsed_s
         self._known: set[int] = set()
@@ -108,17 +108,13 @@ class LogRecorder:
 def _begin(path: Path) -> BinaryIO:
     try:
         if path.exists() and not path.is_file():
-            raise CompletionRequestError(
-                f"cannot record to '{path}': it is not a file; name a file that can be written"
-            )
+            raise RequestError(f"cannot record to '{path}': it is not a file; name a file that can be written")
         if path.exists():
             with path.open("rb") as old:
                 if old.read(len(MAGIC)) != MAGIC:
-                    raise CompletionRequestError(f"'{path}' exists and is not a carlette log; record to another file")
+                    raise RequestError(f"'{path}' exists and is not a carlette log; record to another file")
         file = path.open("wb")
         file.write(MAGIC)
         return file
     except OSError as error:
-        raise CompletionRequestError(
-            f"cannot record to '{path}': {error.strerror}; name a file that can be written"
-        ) from None
+        raise RequestError(f"cannot record to '{path}': {error.strerror}; name a file that can be written") from None

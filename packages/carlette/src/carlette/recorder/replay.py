@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from carlette.blueprints import AttributeType, load_catalog
-from carlette.errors import CompletionRequestError
+from carlette.errors import RequestError
 from carlette.geometry import Floats, Pose, Rotation, Vector
 from carlette.recorder.log_file import Entry, LogFile, LogFrame
 from carlette.world.actor import Actor
@@ -45,19 +45,17 @@ class Replay:
         The spectator follows the actor with the id `follow_id` in the log, unless that is 0.
 
         Raises:
-            CompletionRequestError: The log is empty or belongs to another map.
+            RequestError: The log is empty or belongs to another map.
         """
         if tape.map_name != world.roads.file.name:
-            raise CompletionRequestError(
+            raise RequestError(
                 f"the log '{tape.path}' is of map {tape.map_name}, but {world.roads.file.name} is loaded; "
                 f"call load_world('{tape.map_name}') first"
             )
         if not tape.frames:
-            raise CompletionRequestError(f"the log '{tape.path}' has no frames; nothing to replay")
+            raise RequestError(f"the log '{tape.path}' has no frames; nothing to replay")
         if not (math.isfinite(start_s) and math.isfinite(duration_s)):
-            raise CompletionRequestError(
-                f"replay_file: start {start_s} and duration {duration_s} must be numbers of seconds"
-            )
+            raise RequestError(f"replay_file: start {start_s} and duration {duration_s} must be numbers of seconds")
         begin = tape.duration_s + start_s if start_s < 0.0 else start_s
         self.time_s = min(max(begin, 0.0), tape.duration_s)
         self.end_s = min(self.time_s + duration_s, tape.duration_s) if duration_s > 0.0 else tape.duration_s

@@ -7,7 +7,7 @@ import struct
 from collections.abc import Callable, Iterable
 from typing import Any
 
-from carlette.errors import CompletionRequestError
+from carlette.errors import RequestError
 from carlette.wire import encode
 
 Handler = Callable[..., Any]
@@ -75,7 +75,7 @@ def _guarded(name: str, handler: Handler, success: Callable[[Any], Any], failure
     def call(*arguments: Any) -> Any:
         try:
             return success(handler(*arguments))
-        except CompletionRequestError as error:
+        except RequestError as error:
             # The error becomes the reply, so that the server continues for all clients.
             return failure(str(error))
         except BAD_ARGUMENTS as error:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from carlette.errors import CompletionRequestError
+from carlette.errors import RequestError
 from carlette.rpc.connection import RpcConnection
 from carlette.simulator import Simulator
 from carlette.world.actor import Actor, ActorKind
@@ -28,15 +28,15 @@ class ClientSession:
         return self.world.actor(actor_id, method)
 
     def vehicle(self, actor_id: int, method: str) -> Actor:
-        """Return a vehicle by id; raise `CompletionRequestError` for anything else."""
+        """Return a vehicle by id; raise `RequestError` for anything else."""
         return self._of_kind(actor_id, ActorKind.VEHICLE, method)
 
     def walker(self, actor_id: int, method: str) -> Actor:
-        """Return a walker by id; raise `CompletionRequestError` for anything else."""
+        """Return a walker by id; raise `RequestError` for anything else."""
         return self._of_kind(actor_id, ActorKind.WALKER, method)
 
     def light(self, actor_id: int, method: str) -> Actor:
-        """Return a traffic light by id; raise `CompletionRequestError` for anything else."""
+        """Return a traffic light by id; raise `RequestError` for anything else."""
         return self._of_kind(actor_id, ActorKind.LIGHT, method)
 
     def wire(self, actor: Actor) -> Any:
@@ -46,5 +46,5 @@ class ClientSession:
     def _of_kind(self, actor_id: int, kind: ActorKind, method: str) -> Actor:
         actor = self.world.actor(actor_id, method)
         if actor.kind is not kind:
-            raise CompletionRequestError(f"{method}: actor {actor_id} is a {actor.type_id}, not a {kind.name.lower()}")
+            raise RequestError(f"{method}: actor {actor_id} is a {actor.type_id}, not a {kind.name.lower()}")
         return actor

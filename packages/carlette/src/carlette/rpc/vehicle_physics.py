@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from carlette.blueprints import load_catalog
-from carlette.errors import CompletionRequestError
+from carlette.errors import RequestError
 from carlette.geometry import Vector
 from carlette.physics.vehicle_parameters import PhysicsParameters, Wheel
 from carlette.world.actor import Actor
@@ -50,9 +50,9 @@ def physics_control(world: World, actor: Actor) -> list[Any]:
 
 
 def parameters_of_actor(actor: Actor) -> PhysicsParameters:
-    """Return a vehicle's technical data; raise `CompletionRequestError` for anything else."""
+    """Return a vehicle's technical data; raise `RequestError` for anything else."""
     if actor.physics is None:
-        raise CompletionRequestError(f"actor {actor.id} ({actor.type_id}) is not a vehicle and has no physics control")
+        raise RequestError(f"actor {actor.id} ({actor.type_id}) is not a vehicle and has no physics control")
     return actor.physics
 
 
@@ -74,7 +74,7 @@ def take_physics_control(world: World, actor: Actor, wire: Wire) -> None:
     """Set the values that a client sent. The motion uses them from the next tick on.
 
     Raises:
-        CompletionRequestError: A number is not finite, or one that must be above zero is not.
+        RequestError: A number is not finite, or one that must be above zero is not.
     """
     wheels = tuple(Wheel(*map(float, item[:WHEEL_FIELDS])) for item in wire[15])
     old = parameters_of_actor(actor)
@@ -109,10 +109,10 @@ def _check(physics: PhysicsParameters) -> None:
     for name in ABOVE_ZERO:
         value = getattr(physics, name)
         if not (math.isfinite(value) and value > 0.0):
-            raise CompletionRequestError(f"apply_physics_control: {name} is {value}; it must be a number above 0")
+            raise RequestError(f"apply_physics_control: {name} is {value}; it must be a number above 0")
     for wheel in physics.wheels:
         if not (0.0 <= wheel.max_steer_deg < 90.0 and wheel.radius_cm > 0.0 and wheel.friction >= 0.0):
-            raise CompletionRequestError(
+            raise RequestError(
                 f"apply_physics_control: a wheel with angle {wheel.max_steer_deg}° (0 to 90), radius {wheel.radius_cm} "
                 f"cm (above 0) and friction {wheel.friction} (from 0) cannot be"
             )
@@ -125,7 +125,7 @@ def _check(physics: PhysicsParameters) -> None:
         *(field for wheel in physics.wheels for field in _wheel_fields(wheel)),
     ]
     if not all(math.isfinite(number) and abs(number) < 1e7 for number in numbers) or physics.gears[0][0] == 0.0:
-        raise CompletionRequestError("apply_physics_control: a number is not finite or the first gear's ratio is 0")
+        raise RequestError("apply_physics_control: a number is not finite or the first gear's ratio is 0")
 
 
 def _wheel_fields(wheel: Wheel) -> list[float]:

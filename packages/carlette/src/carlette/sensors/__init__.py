@@ -1,6 +1,6 @@
 """Sensors: the measurements of their actors on each tick. A new one is a new file and a line in `ALL`."""
 
-from carlette.errors import CompletionRequestError
+from carlette.errors import RequestError
 from carlette.sensors.camera import ColorCamera, DepthCamera, InstanceCamera, SemanticCamera
 from carlette.sensors.collision import CollisionSensor
 from carlette.sensors.gnss import GnssSensor
@@ -31,10 +31,10 @@ ALL: dict[str, type[Sensor]] = {
 
 
 def make_sensor(type_id: str, attributes: Attributes) -> Sensor:
-    """Return the sensor of an actor; raise `CompletionRequestError` for an unsupported kind or attribute."""
+    """Return the sensor of an actor; raise `RequestError` for an unsupported kind or attribute."""
     kind = ALL.get(type_id)
     if kind is None:
-        raise CompletionRequestError(
+        raise RequestError(
             f"Spawn of '{type_id}' refused: this server does not simulate that sensor; it has {', '.join(ALL)}"
         )
     return kind(SensorAttributes(type_id, attributes))

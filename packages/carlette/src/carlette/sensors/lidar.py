@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from carlette.errors import CompletionRequestError
+from carlette.errors import RequestError
 from carlette.geometry import Floats
 from carlette.sensors.gnss import seeded
 from carlette.sensors.ray_surfaces import Indices, Singles
@@ -213,6 +213,6 @@ def _inverse(order: Indices) -> Indices:
 
 
 def require_kernels(type_id: str) -> None:
-    """Raise `CompletionRequestError` if numba, which compiles the rays' loops, is not installed."""
+    """Raise `RequestError` if numba, which compiles the rays' loops, is not installed."""
     if find_spec("numba") is None:
-        raise CompletionRequestError(f"Spawn of '{type_id}' refused: it needs the package 'numba'; pip install numba")
+        raise RequestError(f"Spawn of '{type_id}' refused: it needs the package 'numba'; pip install numba")

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from carlette.blueprints import load_catalog
-from carlette.errors import CompletionRequestError
+from carlette.errors import RequestError
 from carlette.geometry import Pose
 from carlette.sensors.sensor_scene import SensorScene
 from carlette.world.actor import Actor, Attributes
@@ -55,7 +55,7 @@ class Sensor(ABC):
     """The sensor's number in the header of its messages."""
 
     def __init__(self, settings: SensorAttributes) -> None:
-        """Read the attributes; raise `CompletionRequestError` if one is out of range."""
+        """Read the attributes; raise `RequestError` if one is out of range."""
         self.period_s = settings.number("sensor_tick", 0.0, LONGEST_PERIOD_S) if "sensor_tick" in settings else 0.0
 
     def load(self, world: World) -> Future[None] | None:
@@ -101,7 +101,7 @@ class SensorAttributes(Mapping[str, str]):
         self._values.update((id, text) for id, (_, text) in attributes.items())
 
     def number(self, id: str, low: float = -math.inf, high: float = math.inf) -> float:
-        """Return a finite number; raise `CompletionRequestError` if it is not within `low` to `high`."""
+        """Return a finite number; raise `RequestError` if it is not within `low` to `high`."""
         try:
             value = float(self[id].removesuffix("f"))
         except ValueError:
@@ -112,7 +112,7 @@ class SensorAttributes(Mapping[str, str]):
         return value
 
     def whole(self, id: str, low: int, high: int) -> int:
-        """Return a whole number; raise `CompletionRequestError` if it is not within `low` to `high`."""
+        """Return a whole number; raise `RequestError` if it is not within `low` to `high`."""
         value = self.number(id, low, high)
         if value != int(value):
             raise self._refusal(id, f"a whole number{_span(low, high)}")
@@ -125,10 +125,8 @@ class SensorAttributes(Mapping[str, str]):
             raise self._refusal(id, "true or false")
         return text in ("true", "1")
 
-    def _refusal(self, id: str, wanted: str) -> CompletionRequestError:
-        return CompletionRequestError(
-            f"Spawn of '{self.type_id}' refused: attribute '{id}' is '{self[id]}'; give {wanted}"
-        )
+    def _refusal(self, id: str, wanted: str) -> RequestError:
+        return RequestError(f"Spawn of '{self.type_id}' refused: attribute '{id}' is '{self[id]}'; give {wanted}")
 
     def __getitem__(self, id: str) -> str:
         return self._values[id]

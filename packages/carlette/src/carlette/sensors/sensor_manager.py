@@ -9,7 +9,7 @@ from concurrent.futures import Future
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from carlette.errors import CompletionRequestError
+from carlette.errors import RequestError
 from carlette.sensors import LateSensor, Sensor, SensorScene, SensorTick, make_sensor
 from carlette.sensors.sensor import Body
 from carlette.sensors.sensor_scene import ActorSurfaces
@@ -130,7 +130,7 @@ class SensorManager:
             if actor.kind is ActorKind.SENSOR and actor.stream_id and actor.id not in self._mounts:
                 try:
                     sensor = make_sensor(actor.type_id, actor.attributes)
-                except CompletionRequestError as error:
+                except RequestError as error:
                     # The spawn request was already answered, so the server logs the error and the sensor gets
                     # no stream.
                     log.error("%s", error)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from carlette.blueprints import Catalog, load_catalog
 from carlette.blueprints.default_color import painted
 from carlette.blueprints.sensor_definitions import IN_THE_CLIENT
-from carlette.errors import CompletionRequestError, SpawnCollisionError
+from carlette.errors import RequestError, SpawnCollisionError
 from carlette.geometry import Box, Pose, Vector
 from carlette.physics.bodies import BodyTable
 from carlette.physics.contacts import is_free
@@ -34,19 +34,15 @@ def spawn(world: World, type_id: str, attributes: Attributes, pose: Pose, parent
 
     Raises:
         SpawnCollisionError: The space is taken.
-        CompletionRequestError: The kind, the pose or the parent is not valid.
+        RequestError: The kind, the pose or the parent is not valid.
     """
     catalog = load_catalog()
     if type_id not in catalog.definitions:
-        raise CompletionRequestError(_unknown_type(type_id))
+        raise RequestError(_unknown_type(type_id))
     if len(world.actors) >= MOST_ACTORS:
-        raise CompletionRequestError(
-            f"Spawn of '{type_id}' refused: the world has {MOST_ACTORS:,} actors; destroy some first"
-        )
+        raise RequestError(f"Spawn of '{type_id}' refused: the world has {MOST_ACTORS:,} actors; destroy some first")
     if not pose.is_finite():
-        raise CompletionRequestError(
-            f"Spawn of '{type_id}' refused: the transform is not finite; give real coordinates"
-        )
+        raise RequestError(f"Spawn of '{type_id}' refused: the transform is not finite; give real coordinates")
     attached = None
     if parent_id:
         parent = world.actor(parent_id, "spawn_actor_with_parent")

@@ -80,6 +80,7 @@ class _ProgressLine:
         self._width = 0
 
     def show(self, values: str, state: str) -> None:
+        """Show the values and the state: on a terminal in one line, elsewhere a line at each new state."""
         if not sys.stderr.isatty():
             if state != self._state:
                 self._state = state

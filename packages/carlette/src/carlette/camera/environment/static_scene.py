@@ -153,6 +153,7 @@ class _Cells:
             self._meshes[x, y][layer].append(every.take(part))
 
     def chunks(self) -> list[Chunk]:
+        """Return the scene's parts, each with its layers joined and its bounds."""
         made = []
         for key in sorted(self._meshes):
             layers = {name: Mesh.join(parts) for name, parts in self._meshes[key].items()}

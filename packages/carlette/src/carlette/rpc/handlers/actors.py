@@ -6,7 +6,7 @@ from typing import Any
 
 from carlette.blueprints import load_catalog
 from carlette.blueprints.sensor_definitions import IN_THE_CLIENT
-from carlette.errors import CompletionRequestError
+from carlette.errors import RequestError
 from carlette.geometry import Box, Vector
 from carlette.rpc.registry import Methods
 from carlette.rpc.session import ClientSession
@@ -64,9 +64,7 @@ def bring_in(session: ClientSession, description: list[Any], transform: list[Any
     """Spawn the actor that a request describes."""
     type_id, attributes = description[1], encode.read_attributes(description[2], session.simulator.version)
     if sum(len(name) + len(text) for name, (_, text) in attributes.items()) > MOST_TEXT:
-        raise CompletionRequestError(
-            f"Spawn of '{type_id}' refused: its attributes have more than {MOST_TEXT:,} characters"
-        )
+        raise RequestError(f"Spawn of '{type_id}' refused: its attributes have more than {MOST_TEXT:,} characters")
     if type_id.startswith("sensor.") and type_id not in IN_THE_CLIENT:
         # Reject a sensor that cannot be created before its actor exists.
         scenery = make_sensor(type_id, attributes).load(session.world)
@@ -79,7 +77,7 @@ def bring_in(session: ClientSession, description: list[Any], transform: list[Any
 def destroy_actor(session: ClientSession, actor_id: int) -> bool:
     actor = session.world.actors.get(actor_id)
     if actor is not None and (actor is session.world.spectator or actor.type_id.startswith("traffic.")):
-        raise CompletionRequestError(
+        raise RequestError(
             f"destroy_actor: actor {actor_id} ({actor.type_id}) is part of the map and cannot be destroyed"
         )
     if actor is not None and actor.stream_id:
@@ -118,7 +116,7 @@ def no_transforms(session: ClientSession, actor_id: int) -> list[Any]:
 @methods.value("get_actor_component_world_transform", "get_actor_component_relative_transform")
 def component_transform(session: ClientSession, actor_id: int, name: str) -> Any:
     session.actor(actor_id, "get_actor_component_world_transform")
-    raise CompletionRequestError(f"actor {actor_id} has no component '{name}'; this server's actors are boxes")
+    raise RequestError(f"actor {actor_id} has no component '{name}'; this server's actors are boxes")
 
 
 @methods.void("send")

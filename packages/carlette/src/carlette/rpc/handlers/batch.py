@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from carlette.errors import CompletionRequestError
+from carlette.errors import RequestError
 from carlette.rpc.handlers import actors, motion, traffic_lights, vehicles, walkers
 from carlette.rpc.registry import BAD_ARGUMENTS, Methods
 from carlette.rpc.session import ClientSession
@@ -22,7 +22,7 @@ SPAWN_ACTOR, DESTROY_ACTOR, VEHICLE_CONTROL, CONSOLE_COMMAND = 0, 1, 2, 20
 
 def _destroy(session: ClientSession, actor_id: int) -> None:
     if not actors.destroy_actor(session, actor_id):
-        raise CompletionRequestError(f"unable to destroy actor: actor {actor_id} not found")
+        raise RequestError(f"unable to destroy actor: actor {actor_id} not found")
 
 
 def _lights(session: ClientSession, actor_id: int, state: int) -> None:
@@ -96,7 +96,7 @@ def _run(session: ClientSession, index: int, payload: Payload) -> Any:
             return encode.failure(f"command {index} is not known to this server")
         command(session, *payload)
         return encode.value(payload[0])
-    except CompletionRequestError as error:
+    except RequestError as error:
         # The error becomes the command's answer, so that the other commands run.
         return encode.failure(str(error))
     except BAD_ARGUMENTS as error:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from carlette.errors import CompletionRequestError
+from carlette.errors import RequestError
 from carlette.geometry import Vector
 from carlette.rpc.registry import Methods
 from carlette.rpc.session import ClientSession
@@ -29,9 +29,7 @@ def get_weather_parameters(session: ClientSession) -> list[float]:
 def set_weather_parameters(session: ClientSession, weather: Sequence[float]) -> None:
     values = tuple(map(float, weather))
     if len(values) != len(CLEAR_NOON) or not all(map(math.isfinite, values)):
-        raise CompletionRequestError(
-            f"set_weather_parameters: give {len(CLEAR_NOON)} finite numbers, not {list(weather)}"
-        )
+        raise RequestError(f"set_weather_parameters: give {len(CLEAR_NOON)} finite numbers, not {list(weather)}")
     session.world.weather = values
 
 
@@ -91,5 +89,5 @@ def cast_ray(session: ClientSession, start: Sequence[float], end: Sequence[float
 
 def _cast(session: ClientSession, start: Vector, way: Vector, distance_m: float) -> list[rays.RayHit]:
     if not (start.is_finite() and way.is_finite() and math.isfinite(distance_m)) or not any(way):
-        raise CompletionRequestError("a ray needs finite points and a direction; give real numbers")
+        raise RequestError("a ray needs finite points and a direction; give real numbers")
     return rays.cast(session.world, start, way, distance_m)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from carlette.errors import CompletionRequestError, MapError
+from carlette.errors import MapError, RequestError
 from carlette.rpc.registry import Methods
 from carlette.rpc.session import ClientSession
 from carlette.wire.encode import WORLD_STREAM
@@ -39,6 +39,7 @@ def get_sensor_token(session: ClientSession, stream_id: int) -> Any:
 
 @methods.value("get_episode_settings")
 def get_episode_settings(session: ClientSession) -> Any:
+    """Return the fields of `carla.WorldSettings` in the order of the wire."""
     it = session.world.settings
     fixed = [False] if it.fixed_delta_s is None else [True, it.fixed_delta_s]
     return [
@@ -61,14 +62,12 @@ def set_episode_settings(session: ClientSession, wire: list[Any]) -> int:
     fixed = float(wire[2][1]) if wire[2][0] else None
     if fixed and not SHORTEST_STEP_S <= fixed <= LONGEST_STEP_S:
         bounds = f"{SHORTEST_STEP_S:g} to {LONGEST_STEP_S:g}"
-        raise CompletionRequestError(f"fixed_delta_seconds is {fixed}; give {bounds} seconds, or 0 for a variable step")
+        raise RequestError(f"fixed_delta_seconds is {fixed}; give {bounds} seconds, or 0 for a variable step")
     # Store valid values only: all other clients read them.
     kinds = (bool, float, int, float, bool, float, float, bool)
     others = [kind(item) for kind, item in zip(kinds, wire[3:11], strict=False)]
     if not all(map(math.isfinite, others)) or not all(abs(other) < 2**31 for other in others):
-        raise CompletionRequestError(
-            f"set_episode_settings: {others} are not finite numbers within 32 bits; give real ones"
-        )
+        raise RequestError(f"set_episode_settings: {others} are not finite numbers within 32 bits; give real ones")
     session.world.settings = EpisodeSettings(bool(wire[0]), bool(wire[1]), fixed or None, *others)
     return session.world.frame
 
@@ -89,7 +88,7 @@ def _switch(load: Any, name: str) -> None:
     try:
         load()
     except MapError as error:
-        raise CompletionRequestError(f"Map '{name}' not found: {error}") from error
+        raise RequestError(f"Map '{name}' not found: {error}") from error
 
 
 @methods.void("load_map_layer", "unload_map_layer")

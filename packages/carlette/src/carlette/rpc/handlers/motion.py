@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from carlette.errors import CompletionRequestError
+from carlette.errors import RequestError
 from carlette.geometry import Pose, Vector
 from carlette.rpc.registry import Methods
 from carlette.rpc.session import ClientSession
@@ -21,10 +21,10 @@ Wire = Sequence[Any]
 
 
 def finite(wire: Wire, method: str) -> Vector:
-    """Return a vector of a request; raise `CompletionRequestError` if it is not finite. NaN never enters the world."""
+    """Return a vector of a request; raise `RequestError` if it is not finite. NaN never enters the world."""
     vector = encode.read_vector(wire)
     if not vector.is_finite():
-        raise CompletionRequestError(f"{method}: the vector {tuple(vector)} is not finite; give real numbers")
+        raise RequestError(f"{method}: the vector {tuple(vector)} is not finite; give real numbers")
     return vector
 
 
@@ -33,7 +33,7 @@ def set_actor_transform(session: ClientSession, actor_id: int, transform: Wire) 
     actor = session.actor(actor_id, "set_actor_transform")
     pose = encode.read_pose(transform)
     if not pose.is_finite():
-        raise CompletionRequestError("set_actor_transform: the transform is not finite; give real coordinates")
+        raise RequestError("set_actor_transform: the transform is not finite; give real coordinates")
     session.world.teleport(actor, pose)
 
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from carlette.errors import CompletionRequestError
+from carlette.errors import RequestError
 from carlette.recorder import LogRecorder, Replay, make_room, path_in, read_tape, report
 from carlette.rpc.registry import Methods
 from carlette.rpc.session import ClientSession
@@ -90,7 +90,7 @@ def stop_replayer(session: ClientSession, keep_actors: bool = False) -> None:
 @methods.void("set_replayer_time_factor")
 def set_replayer_time_factor(session: ClientSession, factor: float) -> None:
     if not 0.0 <= factor <= 1000.0:
-        raise CompletionRequestError(f"set_replayer_time_factor: {factor} is not a factor from 0 to 1000")
+        raise RequestError(f"set_replayer_time_factor: {factor} is not a factor from 0 to 1000")
     session.simulator.replay_options.time_factor = float(factor)
 
 
@@ -107,7 +107,7 @@ def set_replayer_ignore_spectator(session: ClientSession, ignore: bool) -> None:
 def _text_or_error(tell: Callable[[], str]) -> str:
     try:
         return tell()
-    except CompletionRequestError as error:
+    except RequestError as error:
         # CARLA also returns the error as a text.
         return str(error)
 

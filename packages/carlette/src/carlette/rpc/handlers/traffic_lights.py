@@ -8,7 +8,7 @@ from typing import Any
 from carlette.camera.environment.repeater_lights import repeaters_of
 from carlette.camera.models.mesh import Point
 from carlette.camera.models.traffic_lights import HEAD_HALF, REPEATER_HEAD, heads
-from carlette.errors import CompletionRequestError
+from carlette.errors import RequestError
 from carlette.geometry import Box, Vector
 from carlette.rpc.registry import Methods
 from carlette.rpc.session import ClientSession
@@ -27,7 +27,7 @@ def set_traffic_light_state(session: ClientSession, actor_id: int, state: int) -
 def _set_time(session: ClientSession, actor_id: int, color: Color, seconds: float) -> None:
     light = session.light(actor_id, "set_traffic_light_time")
     if not (math.isfinite(seconds) and seconds >= 0):
-        raise CompletionRequestError(f"the time of a traffic light cannot be {seconds} s; give 0 or more")
+        raise RequestError(f"the time of a traffic light cannot be {seconds} s; give 0 or more")
     session.world.signals.set_time(light.index, color, seconds)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from carlette.errors import CompletionRequestError
+from carlette.errors import RequestError
 from carlette.rpc.registry import Methods
 from carlette.rpc.session import ClientSession
 
@@ -32,11 +32,11 @@ def add_traffic_manager_running(session: ClientSession, endpoint: list[Any]) -> 
     """Register the address of a client's TrafficManager; return False if the port is taken.
 
     Raises:
-        CompletionRequestError: The port or the address is not valid.
+        RequestError: The port or the address is not valid.
     """
     address, port = str(endpoint[0]), int(endpoint[1])
     if not 0 < port <= LAST_PORT or len(address) > LONGEST_ADDRESS:
-        raise CompletionRequestError(
+        raise RequestError(
             f"add_traffic_manager_running: port {port} at '{address[:40]}'; give a port from 1 to {LAST_PORT} "
             f"and an address of at most {LONGEST_ADDRESS} characters"
         )

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from carlette.blueprints import load_catalog
-from carlette.errors import CompletionRequestError
+from carlette.errors import RequestError
 from carlette.physics.ackermann import GAINS, Ackermann
 from carlette.physics.doors import STOP_ARM
 from carlette.rpc.registry import Methods
@@ -41,7 +41,7 @@ def apply_ackermann_control_to_vehicle(session: ClientSession, actor_id: int, co
     actor = session.vehicle(actor_id, "apply_ackermann_control_to_vehicle")
     values = [float(item) for item in control]
     if len(values) != ACKERMANN_VALUES or not all(map(math.isfinite, values)):
-        raise CompletionRequestError(
+        raise RequestError(
             f"apply_ackermann_control_to_vehicle: {values} are not {ACKERMANN_VALUES} finite numbers: "
             "give steer, steer speed, speed, acceleration and jerk"
         )
@@ -64,7 +64,7 @@ def apply_ackermann_controller_settings(session: ClientSession, actor_id: int, g
     session.vehicle(actor_id, "apply_ackermann_controller_settings")
     values = tuple(float(gain) for gain in gains[:6])
     if len(values) != len(GAINS) or not all(map(math.isfinite, values)):
-        raise CompletionRequestError(f"apply_ackermann_controller_settings: {values} are not six finite gains")
+        raise RequestError(f"apply_ackermann_controller_settings: {values} are not six finite gains")
     _controller(session, actor_id).gains = values
 
 
@@ -89,9 +89,7 @@ def set_vehicle_light_state(session: ClientSession, actor_id: int, state: Wire) 
     actor = session.vehicle(actor_id, "set_vehicle_light_state")
     flags = int(state[0])
     if not 0 <= flags <= MOST_LIGHTS:
-        raise CompletionRequestError(
-            f"set_vehicle_light_state: {flags} is not a combination of carla.VehicleLightState flags"
-        )
+        raise RequestError(f"set_vehicle_light_state: {flags} is not a combination of carla.VehicleLightState flags")
     session.world.fleet.light_state[actor.index] = flags
     if load_catalog().vehicles[actor.type_id].special_type == SCHOOL_BUS:
         session.world.doors.move(actor.row, actor.box, STOP_ARM, bool(flags & SPECIAL_1))

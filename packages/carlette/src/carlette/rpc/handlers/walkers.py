@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from carlette.errors import CompletionRequestError
+from carlette.errors import RequestError
 from carlette.rpc.registry import Methods
 from carlette.rpc.session import ClientSession
 from carlette.wire import encode
@@ -26,7 +26,7 @@ def apply_walker_state(session: ClientSession, actor_id: int, transform: Sequenc
     actor = session.walker(actor_id, "apply_walker_state")
     pose = encode.read_pose(transform)
     if not pose.is_finite():
-        raise CompletionRequestError("apply_walker_state: the transform is not finite; give real coordinates")
+        raise RequestError("apply_walker_state: the transform is not finite; give real coordinates")
     session.world.teleport(actor, pose)
     session.world.walkers.control[actor.index, 3] = speed
 
@@ -45,12 +45,10 @@ def set_bones_transform(session: ClientSession, actor_id: int, control: Sequence
     actor = session.walker(actor_id, "set_bones_transform")
     posed = {str(name): encode.read_pose(transform) for name, transform in control[0]}
     if not all(item.is_finite() for item in posed.values()):
-        raise CompletionRequestError("set_bones_transform: a transform is not finite; give real coordinates")
+        raise RequestError("set_bones_transform: a transform is not finite; give real coordinates")
     unknown = [name for name in posed if name not in BONES]
     if unknown:
-        raise CompletionRequestError(
-            f"set_bones_transform: a walker has no bone '{unknown[0][:40]}'; get_bones() names them"
-        )
+        raise RequestError(f"set_bones_transform: a walker has no bone '{unknown[0][:40]}'; get_bones() names them")
     actor.posed = {**actor.posed, **posed}
 
 
