@@ -51,7 +51,18 @@ def early_return(case: CheckContext, no_stop: Mask) -> list[RejectReason]:
         f"required {least[k, member]:.2f} m with a tracking error"
     )
     time_s, gap_m = float(case.slow.t[k]), float(gap[k, member])
-    return [RejectReason(code=RejectCode.GAP, detail=detail, object_id=obj.id, time_s=time_s, gap_m=gap_m)]
+    margin_m = gap_m - float(least[k, member])
+    return [
+        RejectReason(
+            code=RejectCode.GAP,
+            detail=detail,
+            object_id=obj.id,
+            time_s=time_s,
+            gap_m=gap_m,
+            margin=margin_m,
+            unit="m",
+        )
+    ]
 
 
 def _grown_error(case: CheckContext, no_stop: Mask) -> Array:

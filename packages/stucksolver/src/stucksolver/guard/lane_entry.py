@@ -152,7 +152,15 @@ def _could_not_stop(
         return None
     gap, required_m = float(tail.min()) - front, float(needed[int(np.argmin(tail - front - needed))])
     detail = f"{obj.kind.value} {obj.id} behind: gap {gap:.1f} m, required {required_m:.1f} m at {when:.1f} s"
-    return RejectReason(code=RejectCode.LANE_ENTRY, detail=detail, object_id=obj.id, time_s=when, gap_m=gap)
+    return RejectReason(
+        code=RejectCode.LANE_ENTRY,
+        detail=detail,
+        object_id=obj.id,
+        time_s=when,
+        gap_m=gap,
+        margin=gap - required_m,
+        unit="m",
+    )
 
 
 def _tail(case: CheckContext, lane: Lane, k: int) -> Array:
@@ -213,5 +221,13 @@ def check_entry_gap(case: CheckContext, k: int, i: int, tail: Array) -> RejectRe
             detail = f"{obj.kind.value} {obj.id} {relation}: gap {gap:.1f} m, required {needed:.1f} m at {when:.1f} s"
             if gap >= needed:
                 detail = f"{obj.kind.value} {obj.id}: ahead of the slow ego and behind the fast one, or vice versa"
-            return RejectReason(code=RejectCode.LANE_ENTRY, detail=detail, object_id=obj.id, time_s=when, gap_m=gap)
+            return RejectReason(
+                code=RejectCode.LANE_ENTRY,
+                detail=detail,
+                object_id=obj.id,
+                time_s=when,
+                gap_m=gap,
+                margin=min(gap - needed, 0.0),
+                unit="m",
+            )
     return None

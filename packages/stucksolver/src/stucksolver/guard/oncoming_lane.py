@@ -100,6 +100,8 @@ def _sight(case: CheckContext, borrowed: LaneBorrow) -> list[RejectReason]:
             detail=detail,
             time_s=borrowed.unseen_s,
             gap_m=sight_m - needed,
+            margin=sight_m - needed,
+            unit="m",
             needed_m=needed,
             seen_m=sight_m,
         )
@@ -161,6 +163,8 @@ def _gap(case: CheckContext, borrowed: LaneBorrow) -> list[RejectReason]:
                     object_id=obj.id,
                     time_s=borrowed.back_s,
                     gap_m=front_s - front,
+                    margin=front_s - front,
+                    unit="m",
                 )
             ]
     return []

@@ -130,7 +130,16 @@ def _still_touched(case: CheckContext, which: Array, gap: Array) -> list[RejectR
             f"{obj.kind.value} {obj.id}: scraped along, gap {gap_m:.2f} m, required {touch_m:.2f} m after "
             f"{case.policy.clearance.parting_m:.1f} m of the path"
         )
-        rejects.append(RejectReason(code=RejectCode.COLLISION, detail=detail, object_id=obj.id, gap_m=gap_m))
+        rejects.append(
+            RejectReason(
+                code=RejectCode.COLLISION,
+                detail=detail,
+                object_id=obj.id,
+                gap_m=gap_m,
+                margin=gap_m - touch_m,
+                unit="m",
+            )
+        )
     return rejects
 
 
@@ -177,7 +186,14 @@ def _doors(case: CheckContext, standing: Array, gap: Array) -> list[RejectReason
             f"required {drift_m[first]:.2f} m above walking pace"
         )
         rejects.append(
-            RejectReason(code=RejectCode.DOOR, detail=detail, object_id=obj.id, time_s=float(case.slow.t[first]))
+            RejectReason(
+                code=RejectCode.DOOR,
+                detail=detail,
+                object_id=obj.id,
+                time_s=float(case.slow.t[first]),
+                margin=float(reach[first, k] - drift_m[first]),
+                unit="m",
+            )
         )
     return rejects
 
@@ -188,10 +204,14 @@ def _reject(case: CheckContext, index: int, time_s: float, gap_m: float, require
     if gap_m > 0 and case.view.vulnerable[index]:
         code = RejectCode.CLEARANCE
     detail = f"{obj.kind.value} {obj.id}: gap {gap_m:.2f} m, required {required_m:.2f} m at {time_s:.1f} s"
+    margin_m = gap_m - required_m
     if gap_m >= required_m:
         least_m = case.policy.clearance.drifted_gap_m
+        margin_m = min(gap_m - least_m, 0.0)
         detail = f"{obj.kind.value} {obj.id}: gap {gap_m:.2f} m; tracking error leaves less than {least_m:.2f} m"
-    return RejectReason(code=code, detail=detail, object_id=obj.id, time_s=time_s, gap_m=gap_m)
+    return RejectReason(
+        code=code, detail=detail, object_id=obj.id, time_s=time_s, gap_m=gap_m, margin=margin_m, unit="m"
+    )
 
 
 def drivable_area(case: CheckContext) -> list[RejectReason]:
@@ -221,7 +241,12 @@ def within(case: CheckContext, borders: tuple[Array, Array], code: RejectCode, a
     over_right = np.interp(s, stations, low) - (case.path.d - case.reach)
     beyond = np.maximum(over_left, over_right)
     if case.path.end_s > case.view.frame.end_m:
-        return [RejectReason(code=RejectCode.OFF_ROAD, detail="the path runs beyond the known road")]
+        margin_m = case.view.frame.end_m - case.path.end_s
+        return [
+            RejectReason(
+                code=RejectCode.OFF_ROAD, detail="the path runs beyond the known road", margin=margin_m, unit="m"
+            )
+        ]
     # An ego that already reaches over an edge may leave it, but must not go further out and must end on the road.
     allowed = np.full(len(s), max(tolerance, float(beyond[0]) + case.policy.lanes.further_out_m))
     allowed[-1] = tolerance
@@ -230,7 +255,8 @@ def within(case: CheckContext, borders: tuple[Array, Array], code: RejectCode, a
         return []
     away_m = s[worst] - s[0]
     detail = f"{beyond[worst]:.2f} m off {area} {away_m:.0f} m ahead, allowed {allowed[worst]:.2f} m"
-    return [RejectReason(code=code, detail=detail, gap_m=-float(beyond[worst]))]
+    margin_m = float(allowed[worst] - beyond[worst])
+    return [RejectReason(code=code, detail=detail, gap_m=-float(beyond[worst]), margin=margin_m, unit="m")]
 
 
 def speed(case: CheckContext) -> list[RejectReason]:
@@ -246,7 +272,7 @@ def speed(case: CheckContext) -> list[RejectReason]:
     left = float(case.quick.v[-1])
     if left > max(ends, MIN_SPEED_MPS) + speeds.tolerance_mps:
         detail = f"speed {left:.1f} m/s at the end of the path, required {ends:.1f} m/s"
-        return [RejectReason(code=RejectCode.OVERSPEED, detail=detail)]
+        return [RejectReason(code=RejectCode.OVERSPEED, detail=detail, margin=ends - left, unit="m/s")]
     return []
 
 

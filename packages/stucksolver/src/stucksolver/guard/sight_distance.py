@@ -87,4 +87,4 @@ def _limit(case: CheckContext, lane: Lane) -> float:
 
 
 def _not_visible(detail: str, gap_m: float) -> RejectReason:
-    return RejectReason(code=RejectCode.PATH_NOT_VISIBLE, detail=detail, gap_m=gap_m)
+    return RejectReason(code=RejectCode.PATH_NOT_VISIBLE, detail=detail, gap_m=gap_m, margin=gap_m, unit="m")

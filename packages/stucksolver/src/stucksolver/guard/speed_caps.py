@@ -129,14 +129,15 @@ def check_speed_cap(case: CheckContext) -> RejectReason | None:
         k = int(np.where(over, requested - limits, -np.inf).argmax())
         away = case.path.s[k] - case.path.s[0]
         detail = f"speed {requested[k]:.1f} m/s exceeds the limit of {limits[k]:.1f} m/s {away:.0f} m ahead"
-        return RejectReason(code=RejectCode.OVERSPEED, detail=detail)
+        margin_mps = float(limits[k] - requested[k])
+        return RejectReason(code=RejectCode.OVERSPEED, detail=detail, margin=margin_mps, unit="m/s")
     most = float(requested.max())
     if most <= speeds.recovery_mps + EPSILON or most <= (cap := cap_mps(case)) + EPSILON:
         return None
     beside = _object_beside(case)
     why = "" if beside is None else f" beside {case.view.objects[beside].kind.value} {case.view.objects[beside].id}"
     detail = f"speed {most:.1f} m/s exceeds the cap of {cap:.1f} m/s{why}"
-    return RejectReason(code=RejectCode.OVERSPEED, detail=detail)
+    return RejectReason(code=RejectCode.OVERSPEED, detail=detail, margin=cap - most, unit="m/s")
 
 
 def _passes_moving_object(case: CheckContext) -> bool:

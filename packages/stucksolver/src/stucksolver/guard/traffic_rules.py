@@ -36,7 +36,11 @@ def off_route(case: CheckContext) -> list[RejectReason]:
         f"{away_m:.0f} m and {away_s:.0f} s off the route, "
         f"allowed {policy.off_route_m:.0f} m and {policy.off_route_s:.0f} s"
     )
-    return [RejectReason(code=RejectCode.OFF_ROUTE, detail=detail, time_s=away_s, gap_m=policy.off_route_m - away_m)]
+    short_m, short_s = policy.off_route_m - away_m, policy.off_route_s - away_s
+    margin, unit = (short_m, "m") if short_m < 0.0 else (short_s, "s")
+    return [
+        RejectReason(code=RejectCode.OFF_ROUTE, detail=detail, time_s=away_s, gap_m=short_m, margin=margin, unit=unit)
+    ]
 
 
 def authority(case: CheckContext) -> list[RejectReason]:
@@ -135,7 +139,7 @@ def creep_speed(case: CheckContext) -> list[RejectReason]:
     if fastest <= cap + EPSILON:
         return []
     detail = f"speed {fastest:.1f} m/s exceeds walking pace of {cap:.1f} m/s"
-    return [RejectReason(code=RejectCode.OVERSPEED, detail=detail)]
+    return [RejectReason(code=RejectCode.OVERSPEED, detail=detail, margin=cap - fastest, unit="m/s")]
 
 
 def within_lane(case: CheckContext) -> list[RejectReason]:
@@ -152,7 +156,7 @@ def within_lane(case: CheckContext) -> list[RejectReason]:
     if float(over.max()) <= allowed:
         return []
     detail = f"ego {over.max():.2f} m out of its lane, allowed {allowed:.2f} m"
-    return [RejectReason(code=RejectCode.LEAVES_LANE, detail=detail)]
+    return [RejectReason(code=RejectCode.LEAVES_LANE, detail=detail, margin=allowed - float(over.max()), unit="m")]
 
 
 def stopping_place(case: CheckContext) -> list[RejectReason]:
@@ -191,6 +195,8 @@ def check_lane_visible(case: CheckContext) -> list[RejectReason]:
             code=RejectCode.PATH_NOT_VISIBLE,
             detail=f"sight distance {sight_m:.1f} m, required {needed:.1f} m for the path",
             gap_m=sight_m - needed,
+            margin=sight_m - needed,
+            unit="m",
         )
     ]
 

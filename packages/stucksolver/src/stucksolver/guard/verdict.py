@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 from stucksolver.plan.behaviors import AbortAction, NoPathError
 from stucksolver.scene.base_model import FrozenModel
 from stucksolver.scene.failed_attempts import PlanFailure, RejectCode
@@ -21,6 +23,10 @@ class RejectReason(FrozenModel):
     """Required sight distance (m), for `RejectCode.ONCOMING_SIGHT`. `time_s` is the time for traffic to arrive."""
     seen_m: float | None = None
     """Available sight distance (m), for the same code."""
+    margin: float | None = None
+    """Margin of the requirement, in `unit`: negative, because it is not met. None if it has no amount."""
+    unit: Literal["m", "s", "m/s"] | None = None
+    """Unit of `margin`."""
 
 
 class SightDistanceProof(FrozenModel):

@@ -32,6 +32,8 @@ from stucksolver.solver.step_listener import TransitionStep
 
 KINDS = ("begin", "road", "step", "fault", "end")
 """Kinds of lines."""
+LATER = frozenset({"margin", "unit"})
+"""Fields of a reject reason that older records lack."""
 EQUAL = 1e-6
 """Greatest relative difference between equal numbers: another processor may round differently."""
 
@@ -248,7 +250,8 @@ class _Again:
         if isinstance(first, dict) and isinstance(second, dict):
             prose = frozenset[str]() if self.report.texts_compared else PROSE
             compared = [name for name in first if name not in prose or not isinstance(first[name], str)]
-            return first.keys() == second.keys() and all(self._same(first[name], second[name]) for name in compared)
+            known = first.keys() | (second.keys() & LATER)
+            return known == second.keys() and all(self._same(first[name], second[name]) for name in compared)
         if isinstance(first, list) and isinstance(second, list):
             return len(first) == len(second) and all(map(self._same, first, second))
         return bool(first == second)
