@@ -9,6 +9,7 @@ from typing import Protocol, runtime_checkable
 from pydantic import ValidationError
 
 from stucksolver.plan import Decision, RecoveryPlan
+from stucksolver.plan.assessment import PlanAssessor
 from stucksolver.scene import Scene
 from stucksolver.scene.base_model import FrozenModel
 
@@ -26,11 +27,13 @@ class ReasonerRequest:
         scene: Scene for the reasoner.
         check: Check of a plan by the guard before the reasoner decides. None if the surroundings are unknown.
         deadline_s: Wall time for the answer (s); None for no limit.
+        assess: Assessment of a whole plan by the guard, with margins. None if the surroundings are unknown.
     """
 
     scene: Scene
     check: PlanCheck | None = None
     deadline_s: float | None = None
+    assess: PlanAssessor | None = None
 
 
 class ReasonerTrace(FrozenModel):

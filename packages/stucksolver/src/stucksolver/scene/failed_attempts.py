@@ -86,5 +86,7 @@ class FailedAttempt(FrozenModel):
     failures: tuple[PlanFailure, ...] = ()
     too_near: tuple[str, ...] = ()
     """Ids of the objects to which the plan did not keep the required gap."""
+    plan: tuple[str, ...] = ()
+    """Its behaviors with their parameters, each in its JSON form; empty in old records."""
     outcome: str
     """Reason as text for people and language models."""

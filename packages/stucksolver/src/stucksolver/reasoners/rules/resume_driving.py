@@ -48,7 +48,7 @@ def resume(scene: Scene) -> Way | None:
         return None
     if scene.ego.speed_mps > STANDS_MPS or scene.ego.stopped_for_s < STANDS_S:
         return None
-    holds = _may_hold(scene)
+    holds = may_hold(scene)
     if holds is not None:
         return None, (WaitReason.YIELD, holds)
     onward = _onward(scene)
@@ -70,7 +70,7 @@ def _onward(scene: Scene) -> AnyBehavior:
     return KeepLane(distance_m=SLOWLY_M, speed_mps=SLOWLY_MPS)
 
 
-def _may_hold(scene: Scene) -> str | None:
+def may_hold(scene: Scene) -> str | None:
     """Return, in words, who may rightly hold the vehicle up without being in its path, or None."""
     for control in scene.controls:
         lit = control.kind is ControlKind.TRAFFIC_LIGHT and control.state not in (LightState.GREEN, LightState.OFF)

@@ -98,6 +98,7 @@ class AttemptHistory:
             codes=verdict.codes,
             failures=verdict.failures,
             too_near=verdict.too_near,
+            plan=tuple(b.model_dump_json() for b in plan.behaviors),
             outcome=text or TEXTS.get(ended) or str(verdict),
         )
         return replace(self, attempts=(*self.attempts, attempt)[-self.remembered :] if self.remembered else ())

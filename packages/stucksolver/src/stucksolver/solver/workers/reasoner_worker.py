@@ -9,13 +9,16 @@ from concurrent.futures import Future
 
 from stucksolver.guard import Guard, RejectCode, RejectReason, Verdict
 from stucksolver.plan import RecoveryPlan, apply_guidance_limits, intent_authorizes
+from stucksolver.plan.assessment import PlanAssessor
 from stucksolver.reasoners import Cancellable, ReasonerAnswer, ReasonerError
 from stucksolver.reasoners.reasoner import MalformedAnswerError, PlanCheck
 from stucksolver.scene.bounded_values import MalformedError, read_again
 from stucksolver.scene.frenet_scene import FrenetScene
+from stucksolver.scene.plausibility import implausibility
 from stucksolver.scene.wording import error_text, in_one_line
 from stucksolver.solver.query import NoAnswer, Query
 from stucksolver.solver.state_machine.admission import preview_verdict
+from stucksolver.solver.state_machine.plan_preview import PlanPreview
 from stucksolver.solver.workers.delivery_clock import WAIT_LIMIT_S, DeliveryClock, Pending
 from stucksolver.solver.workers.reasoner_pool import MOST_VALUES, ReasonerPool
 
@@ -76,7 +79,7 @@ class ReasonerWorker:
         wait_s = max(WAIT_LIMIT_S, query.deadline_s + 5.0)
         self._pending = pending = Pending(query.asked_s, time.monotonic(), wait_s=wait_s)
         self._answer = self._calls[query.reasoner] = answer = Future[ReasonerAnswer]()
-        work = (self._pool, query, self._check(query), pending, answer)
+        work = (self._pool, query, self._check(query), self._assessor(query), pending, answer)
         threading.Thread(target=_think, args=work, name="stucksolver-reasoner", daemon=True).start()
 
     def _drop(self) -> None:
@@ -108,9 +111,22 @@ class ReasonerWorker:
 
         return check
 
+    def _assessor(self, query: Query) -> PlanAssessor | None:
+        """Return the guard's assessment of whole plans at the time of the query."""
+        surroundings = query.seen
+        if surroundings is None or implausibility(surroundings) is not None:
+            return None
+        view = FrenetScene(surroundings)
+        return PlanPreview(self._guard, view, lambda plan: intent_authorizes(query.reading, plan)).assess
+
 
 def _think(
-    pool: ReasonerPool, query: Query, check: PlanCheck | None, pending: Pending, answer: Future[ReasonerAnswer]
+    pool: ReasonerPool,
+    query: Query,
+    check: PlanCheck | None,
+    assess: PlanAssessor | None,
+    pending: Pending,
+    answer: Future[ReasonerAnswer],
 ) -> None:
     try:
         result = pool.consult(
@@ -120,6 +136,7 @@ def _think(
             outlived=query.outlived,
             check=check,
             limit_s=query.deadline_s,
+            assess=assess,
         )
     except BaseException as error:  # noqa: BLE001 - any error is stored for the control loop, which reports it
         pending.took_s = time.monotonic() - pending.asked_wall_s

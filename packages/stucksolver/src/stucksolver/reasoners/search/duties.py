@@ -1,0 +1,45 @@
+"""Duties that no plan may pass over: when the ego must wait, whatever the guard would accept."""
+
+from __future__ import annotations
+
+from stucksolver.plan import Analysis, GuidanceIntent, WaitReason
+from stucksolver.reasoners.rules.analyze import blocker
+from stucksolver.reasoners.rules.deadlocks import FIRST_TURN_S
+from stucksolver.reasoners.rules.observe import crosses, drives, goes_first
+from stucksolver.reasoners.rules.resume_driving import STANDS_S, may_hold
+from stucksolver.scene import VEHICLES, Claim, ObjectKind, Scene
+
+LIGHT_AHEAD_M = 20.0
+"""A red light whose line is nearer than this binds the ego (m)."""
+
+
+def duty_to_wait(scene: Scene, analysis: Analysis) -> tuple[WaitReason | None, str] | None:
+    """Return why the ego must wait, or None. Lights, people and queues are duties that `analyse` has checked before."""
+    lead = blocker(scene)
+    if lead is not None and lead.kind is ObjectKind.CROSSING_GATE:
+        return WaitReason.LIGHT, f"the gate {lead.id} must not be driven around"
+    asked = analysis.guidance_intent
+    follows = lead is not None and lead.kind in VEHICLES and lead.speed_along_mps > 0.5
+    if lead is not None and follows and asked not in (None, GuidanceIntent.OVERTAKE):
+        return WaitReason.QUEUE, f"{lead.kind.value} {lead.id} is moving: follow it"
+    if lead is not None and crosses(lead) and not lead.hazard_lights:
+        return _duty_to_crossing(scene, drives(lead), f"{lead.kind.value} {lead.id}")
+    if lead is None and analysis.immobilized:
+        return _duty_on_free_road(scene)
+    return None
+
+
+def _duty_to_crossing(scene: Scene, moves: bool, who: str) -> tuple[WaitReason, str] | None:
+    if moves:
+        return WaitReason.YIELD, f"{who} is crossing the path and goes first"
+    if scene.ego.stopped_for_s < FIRST_TURN_S and Claim.WAVED_THROUGH not in scene.claims:
+        return WaitReason.YIELD, f"{who} comes from a crossing road and may go first"
+    return None
+
+
+def _duty_on_free_road(scene: Scene) -> tuple[WaitReason | None, str] | None:
+    """Return the duty of an ego that is stopped on a free road: the stack is given time to set off by itself."""
+    if goes_first(scene) is None and scene.guidance is None and scene.ego.stopped_for_s < STANDS_S:
+        return None, f"nothing is in the path, and the vehicle has been stopped for {scene.ego.stopped_for_s:.0f} s"
+    holds = may_hold(scene)
+    return None if holds is None else (WaitReason.YIELD, holds)

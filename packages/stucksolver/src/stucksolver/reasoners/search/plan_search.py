@@ -1,0 +1,216 @@
+"""General search for a plan: behaviors on a grid, refined around what the guard nearly accepts.
+
+No situation is named here. What a plan does follows from its behaviors, whether it is allowed follows from the guard.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, field
+
+from stucksolver.plan import RecoveryPlan
+from stucksolver.plan.assessment import PlanAssessment, PlanAssessor
+from stucksolver.plan.behaviors import Behavior, parse_behavior
+from stucksolver.reasoners.search.behavior_grid import behaviors_on_grid
+from stucksolver.reasoners.search.plan_value import (
+    FAILED_COST_M,
+    IN_LANE_M,
+    has_failed,
+    is_hopeless,
+    is_worth_driving,
+    shortfall_m,
+    value_m,
+)
+from stucksolver.reasoners.search.preparations import Steps, preparations
+from stucksolver.scene import Scene
+
+MOST_CHECKS = 400
+"""Number of plans that one search assesses. A plan takes about a millisecond. Ours."""
+NEARLY = 6
+"""Number of refused plans around which the search is refined. Ours."""
+GOOD_ENOUGH_M = 6.0
+"""A refinement must promise this much more than what is accepted already (m), or the search ends. Ours."""
+FAILED_S = 30.0
+"""Time for which a failed plan is put off (s)."""
+FACTORS = (0.5, 0.75, 1.25, 1.5)
+"""Factors on a parameter of a plan that is nearly accepted. Ours."""
+NEAR_M = 25.0
+"""A plan that stays in the lane leads past nothing that is in the path within this distance (m). Ours."""
+LONGEST = 6
+"""Most behaviors in a plan."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A plan with the guard's assessment and its value (m)."""
+
+    plan: RecoveryPlan
+    assessment: PlanAssessment
+    value: float
+
+    @property
+    def possible(self) -> bool:
+        """True if the guard accepts it now, after the traffic, or with a person's approval."""
+        lacking = self.assessment.shortfalls
+        return all(item.passing or item.approval for item in lacking)
+
+
+@dataclass
+class SearchResult:
+    """Outcome of a search.
+
+    Attributes:
+        best: Best plan that is possible; None if there is none.
+        possible: All of them, best first.
+        nearly: The refused plan that is nearest to being accepted; None if nothing was refused.
+        checks: Number of plans that were assessed.
+    """
+
+    best: Candidate | None
+    possible: tuple[Candidate, ...]
+    nearly: Candidate | None
+    checks: int
+
+
+@dataclass
+class PlanSearch:
+    """One search in one scene.
+
+    Args:
+        scene: The scene.
+        assess: The guard's assessment of a whole plan.
+        fits: Returns True for plans that may be proposed at all, such as those that a passenger asks for.
+        most_checks: Number of plans to assess.
+    """
+
+    scene: Scene
+    assess: PlanAssessor
+    fits: Callable[[RecoveryPlan], bool]
+    most_checks: int = MOST_CHECKS
+    _known: dict[Steps, Candidate] = field(default_factory=dict)
+
+    def run(self) -> SearchResult:
+        """Return the best plan, and the plan that is nearest to being accepted."""
+        singles = self._tried((behavior,) for behavior in behaviors_on_grid(self.scene))
+        self._tried(self._returns(singles))
+        if not self._settled():
+            self._tried(self._refined())
+        if not self._settled():
+            self._tried(self._prepared())
+        return self._result()
+
+    def _tried(self, plans: Iterable[Steps]) -> list[Candidate]:
+        """Assess plans until the budget is used up."""
+        found = []
+        for steps in plans:
+            if len(self._known) >= self.most_checks:
+                break
+            if steps in self._known or len(steps) > LONGEST:
+                continue
+            plan = RecoveryPlan(behaviors=steps)
+            if not self.fits(plan):
+                continue
+            assessment = self.assess(plan)
+            value = value_m(plan, assessment) - FAILED_COST_M * has_failed(self.scene, plan, FAILED_S)
+            candidate = self._known[steps] = Candidate(plan, assessment, value)
+            found.append(candidate)
+        return found
+
+    def _returns(self, candidates: list[Candidate]) -> Iterator[Steps]:
+        """Yield plans that end beside the route's lane, each followed by a behavior that leads back."""
+        away = [c for c in candidates if c.possible and abs(c.assessment.offset_m) > IN_LANE_M]
+        finals = [c.plan.behaviors for c in candidates]
+        for candidate in sorted(away, key=lambda c: -c.value)[: 2 * NEARLY]:
+            yield from ((*candidate.plan.behaviors, *back) for back in finals if _leads_back(candidate, back[0]))
+
+    def _refined(self) -> Iterator[Steps]:
+        """Yield variants of the plans that are nearly accepted, one number changed at a time."""
+        for candidate in self._nearly():
+            for k, behavior in enumerate(candidate.plan.behaviors):
+                for other in _variants(behavior):
+                    steps = candidate.plan.behaviors
+                    yield (*steps[:k], other, *steps[k + 1 :])
+
+    def _prepared(self) -> Iterator[Steps]:
+        """Yield the plans that are nearly accepted, each after moves that may give room or sight."""
+        queues = [
+            iter([(*moves, *c.plan.behaviors) for moves in preparations(self.scene, c.assessment)])
+            for c in self._nearly()
+        ]
+        # In turns, so that the budget is not used up on one of them.
+        while queues:
+            for queue in list(queues):
+                steps = next(queue, None)
+                if steps is None:
+                    queues.remove(queue)
+                else:
+                    yield steps
+
+    def _nearly(self) -> list[Candidate]:
+        """Return the refused plans that are nearest to being accepted, of every sequence of behaviors the best two."""
+        refused = [c for c in self._known.values() if not c.possible and self._could_help(c)]
+        kept: dict[tuple[str, ...], list[Candidate]] = {}
+        for candidate in sorted(refused, key=lambda c: shortfall_m(c.assessment)):
+            group = kept.setdefault(tuple(b.name for b in candidate.plan.behaviors), [])
+            if len(group) < 2:
+                group.append(candidate)
+        return sorted((c for group in kept.values() for c in group), key=lambda c: shortfall_m(c.assessment))[:NEARLY]
+
+    def _could_help(self, candidate: Candidate) -> bool:
+        """True if a refused plan would lead past what is in the path ahead, and something can make it acceptable.
+
+        A plan of which a preparation is refused says nothing about what follows it.
+        """
+        steps = candidate.plan.behaviors
+        if candidate.assessment.step is not None and len(steps) > 1 + candidate.assessment.step:
+            return False
+        stays_behind = all(b.stays_behind_blocker or _only_prepares(b) for b in steps)
+        behind = stays_behind and any((o.gap_m or 0.0) < NEAR_M for o in self.scene.in_path_ahead())
+        return not behind and not is_hopeless(candidate.assessment)
+
+    def _worthwhile(self) -> list[Candidate]:
+        free_now_m = min((o.gap_m or 0.0 for o in self.scene.in_path_ahead()), default=float("inf"))
+        return sorted(
+            (
+                c
+                for c in self._known.values()
+                if c.possible and is_worth_driving(c.plan, c.assessment, max(free_now_m, 0.0))
+            ),
+            key=lambda c: -c.value,
+        )
+
+    def _settled(self) -> bool:
+        """True if a plan that needs nothing else is accepted, so that a refinement can hardly be better."""
+        return any(c.assessment.accepted and c.value > GOOD_ENOUGH_M for c in self._worthwhile())
+
+    def _result(self) -> SearchResult:
+        possible = tuple(self._worthwhile())
+        refused = [c for c in self._known.values() if not c.assessment.accepted and self._could_help(c)]
+        nearly = min(refused, key=lambda c: shortfall_m(c.assessment), default=None)
+        return SearchResult(possible[0] if possible else None, possible, nearly, len(self._known))
+
+
+def _only_prepares(behavior: Behavior) -> bool:
+    return behavior.prepares and not behavior.intents
+
+
+def _leads_back(candidate: Candidate, back: Behavior) -> bool:
+    """True if a behavior may lead back into the route's lane after a plan that ends beside it."""
+    side = back.passing_side
+    if side is not None:
+        return back.shifts_laterally and (side.value == "right") == (candidate.assessment.offset_m > 0.0)
+    return back.starts_at_roadside
+
+
+def _variants(behavior: Behavior) -> Iterator[Behavior]:
+    """Yield a behavior with one of its numbers changed, within the bounds of its schema."""
+    schema = type(behavior).model_json_schema()["properties"]
+    data = behavior.model_dump()
+    for name, item in schema.items():
+        if item.get("type") != "number":
+            continue
+        low = item.get("minimum", item.get("exclusiveMinimum", 0.0) + 0.05)
+        for factor in FACTORS:
+            changed = round(min(max(data[name] * factor, low), item["maximum"]), 2)
+            if changed != data[name]:
+                yield parse_behavior({**data, name: changed})

@@ -1,0 +1,104 @@
+"""Value of a plan in meters of progress, from the guard's assessment alone: a closed-form look ahead."""
+
+from __future__ import annotations
+
+from stucksolver.plan import RecoveryPlan
+from stucksolver.plan.assessment import PlanAssessment
+from stucksolver.scene import PlanFailure, RejectCode, Scene
+
+HORIZON_S = 40.0
+"""Time for which progress counts (s). A pass takes about 15 s. Ours."""
+CRUISE_MPS = 6.0
+"""Assumed speed on the free road after the plan, with the start from a stop (m/s). Ours."""
+MOST_PROGRESS_M = 60.0
+"""Greatest progress that counts (m). Ours."""
+WORTH_M = 10.0
+"""A plan is worth driving if it leads this much further than the free road ahead of the ego now (m). Ours."""
+PROVEN_M, PROVEN_WEIGHT = 20.0, 1.5
+"""Progress under the guard's proof counts more than the road after it, up to this distance (m). What has stopped the
+ego may stop it again there: a recovery is 15 m of progress. Ours.
+"""
+SECOND_COST_M = 0.5
+"""Cost of a second (m): a quicker plan is in the way of others for less time. Ours."""
+IN_LANE_M = 1.0
+"""Lateral offset up to which the ego counts as in the route's lane (m)."""
+BACK_COST, ONCOMING_COST, OFF_LANE_COST = 0.5, 0.1, 3.0
+"""Cost of a meter in reverse, of a meter in an oncoming lane, and of a meter beside the route's lane at the end (m)."""
+STEP_COST_M = 1.0
+"""Cost of each behavior: a simple plan is easier to follow for everyone (m). Ours."""
+TRAFFIC_COST_M, APPROVAL_COST_M = 12.0, 15.0
+"""Cost of waiting for traffic and of asking a person (m). Ours: both take longer than a small detour."""
+FAILED_COST_M = 25.0
+"""Cost of a plan that failed a short time ago for a reason that cannot be seen before it starts (m). Ours."""
+PER_METER, PER_SECOND, PER_MPS, UNKNOWN_COST_M = 30.0, 0.5, 4.0, 60.0
+"""Distance of a refused plan from being accepted: for each meter, second and m/s that is missing; if it is unknown."""
+
+
+def value_m(plan: RecoveryPlan, assessment: PlanAssessment) -> float:
+    """Return the progress that a plan promises less its costs (m).
+
+    Args:
+        plan: The plan.
+        assessment: Assessment of all of its steps. What is refused only for traffic or for lack of an approval counts
+            with its steps up to there.
+    """
+    rest_s = max(HORIZON_S - assessment.duration_s, 0.0)
+    onward = min(assessment.free_m, CRUISE_MPS * rest_s)
+    gain = PROVEN_WEIGHT * min(assessment.progress_m, PROVEN_M) + min(onward, MOST_PROGRESS_M - PROVEN_M)
+    off_m = max(abs(assessment.offset_m) - IN_LANE_M, 0.0)
+    cost = BACK_COST * assessment.back_m + ONCOMING_COST * assessment.oncoming_m + OFF_LANE_COST * off_m
+    cost += STEP_COST_M * len(plan.behaviors) + SECOND_COST_M * assessment.duration_s
+    if any(item.passing for item in assessment.shortfalls):
+        cost += TRAFFIC_COST_M
+    if any(item.approval for item in assessment.shortfalls):
+        cost += APPROVAL_COST_M
+    return gain - cost
+
+
+def is_worth_driving(plan: RecoveryPlan, assessment: PlanAssessment, free_now_m: float) -> bool:
+    """True if a plan leads further than the free road ahead of the ego now. `free_now_m`: that distance (m)."""
+    gain = min(assessment.progress_m + assessment.free_m, MOST_PROGRESS_M)
+    return gain >= min(free_now_m + WORTH_M, MOST_PROGRESS_M) or (
+        # A free road ahead is worth driving on, whatever has stopped the ego.
+        free_now_m > MOST_PROGRESS_M and assessment.progress_m >= WORTH_M
+    )
+
+
+def shortfall_m(assessment: PlanAssessment) -> float:
+    """Return how far a refused plan is from being accepted, as a length (m)."""
+    total = 0.0
+    for item in assessment.shortfalls:
+        if item.passing or item.approval:
+            continue
+        rate = {"m": PER_METER, "s": PER_SECOND, "m/s": PER_MPS}.get(item.unit or "", 0.0)
+        if item.missing is None:
+            total += UNKNOWN_COST_M
+        elif item.code in (RejectCode.ONCOMING_SIGHT, RejectCode.PATH_NOT_VISIBLE):
+            # A missing meter of sight is much less than a missing meter of room.
+            total += 0.2 * item.missing
+        else:
+            total += rate * item.missing
+    return total
+
+
+HOPELESS = frozenset(
+    {
+        PlanFailure.NO_LANE,
+        PlanFailure.NOT_OUR_LANE,
+        PlanFailure.NOT_SEEN,
+        PlanFailure.NOT_LEADING,
+        PlanFailure.EMPTY,
+    }
+)
+"""Reasons for the lack of a path that no other parameter and no other start removes."""
+
+
+def is_hopeless(assessment: PlanAssessment) -> bool:
+    """True if no preparation makes a refused plan acceptable: there is no such lane or object."""
+    return any(item.failure in HOPELESS for item in assessment.shortfalls)
+
+
+def has_failed(scene: Scene, plan: RecoveryPlan, within_s: float) -> bool:
+    """True if a plan with these behaviors and parameters was aborted within the last seconds."""
+    wanted = tuple(behavior.model_dump_json() for behavior in plan.behaviors)
+    return any(attempt.plan == wanted and scene.time_s - attempt.time_s < within_s for attempt in scene.attempts)

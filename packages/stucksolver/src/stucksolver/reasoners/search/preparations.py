@@ -1,0 +1,76 @@
+"""Moves that prepare a plan: back up for room, aside or forward for sight, the nose out for a shorter gap."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from stucksolver.plan.assessment import PlanAssessment
+from stucksolver.plan.behaviors import REGISTRY, Behavior
+from stucksolver.reasoners.search.behavior_grid import objects_ahead, on_grid
+from stucksolver.scene import Scene
+
+Steps = tuple[Behavior, ...]
+
+BACK_M = (1.0, 2.0, 4.0, 8.0, 16.0, 30.0)
+"""Distances to back up (m): the room for a tighter turn, and the distance from which more of the road is visible."""
+FORWARD_M = (2.0, 5.0, 10.0)
+"""Distances to creep forward (m)."""
+SHORT_OF_M = (1.5, 3.0)
+"""Distances to keep from the object ahead when the ego creeps up to it (m)."""
+ASIDE_M, ASIDE_WAY_M = (0.4, 0.8), 6.0
+"""Lateral shifts within the lane, and the distance for them (m)."""
+SLOW_MPS = 1.5
+"""Speed of these moves (m/s)."""
+SAFETY_M = (0.0, 0.5, 1.0)
+"""Added to the room that is missing (m)."""
+
+
+def preparations(scene: Scene, assessment: PlanAssessment) -> Iterator[Steps]:
+    """Yield moves to put before a refused plan, the smallest first.
+
+    Args:
+        scene: The scene.
+        assessment: Assessment of the plan that is refused. The room that it misses is tried first.
+    """
+    backs = _of(scene, "reverse", distance_m=_back_m(scene, assessment), speed_mps=(SLOW_MPS,))
+    aside = _of(scene, "aside", distance_m=(ASIDE_WAY_M,), speed_mps=(SLOW_MPS,), offset_m=ASIDE_M)
+    noses = _of(scene, "nose", speed_mps=(SLOW_MPS,))
+    forward = _of(scene, "creep", distance_m=_forward_m(scene), speed_mps=(SLOW_MPS,))
+    singles = [*backs, *noses, *aside, *forward]
+    yield from ((item,) for item in singles)
+    yield from ((back, nose) for back in backs for nose in noses)
+    yield from ((back, move) for back in backs for move in aside)
+
+
+def _of(scene: Scene, role: str, **fixed: tuple[float, ...]) -> list[Behavior]:
+    """Return the offered behaviors of a role on the grid of these values."""
+    found: list[Behavior] = []
+    for item in scene.behaviors:
+        kind = REGISTRY.get(item.name)
+        if kind is not None and _role(kind) == role:
+            known = {name: values for name, values in fixed.items() if name in kind.model_fields}
+            found += on_grid(scene, kind, **known)
+    return found
+
+
+def _role(kind: type[Behavior]) -> str | None:
+    """Return how a behavior prepares another one, or None: the registry says what it does, not what it is called."""
+    if kind.prepares and kind.reverse:
+        return "reverse"
+    if kind.prepares and kind.shifts_laterally:
+        return "aside" if kind.intents else "nose"
+    stops = "stopping_place" in {check.value for check in kind.checks}
+    return "creep" if stops and kind.stays_behind_blocker and not kind.reverse else None
+
+
+def _back_m(scene: Scene, assessment: PlanAssessment) -> tuple[float, ...]:
+    missing = [item.missing for item in assessment.shortfalls if item.unit == "m" and item.missing is not None]
+    needed = [math.ceil(2.0 * (max(missing) + more)) / 2.0 for more in SAFETY_M] if missing else []
+    return tuple(sorted({*(way for way in needed if way <= BACK_M[-1]), *BACK_M}))
+
+
+def _forward_m(scene: Scene) -> tuple[float, ...]:
+    """Return distances to creep: fixed ones, and up to the objects ahead."""
+    up_to = [(o.gap_m or 0.0) - short for o in objects_ahead(scene) if o.in_path for short in SHORT_OF_M]
+    return tuple(dict.fromkeys(round(way, 1) for way in (*(way for way in up_to if way >= 1.0), *FORWARD_M)))

@@ -1,0 +1,125 @@
+"""Reasoner that knows no situations: duties say when to wait, everything else is searched through the guard."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from stucksolver.plan import (
+    Analysis,
+    CauseCode,
+    Decision,
+    GuidanceIntent,
+    RecoveryPlan,
+    WaitLimits,
+    WaitReason,
+    plan_matches_intent,
+)
+from stucksolver.plan.assessment import PlanAssessor
+from stucksolver.plan.behaviors import RequestAssistance
+from stucksolver.reasoners.reasoner import ReasonerAnswer, ReasonerRequest, ReasonerTrace
+from stucksolver.reasoners.rules.analyze import analyse
+from stucksolver.reasoners.rules.decide import FOR_US, NO_WAY_S, decide
+from stucksolver.reasoners.rules.no_blocker import plan_for_request
+from stucksolver.reasoners.rules.observe import observe
+from stucksolver.reasoners.rules.pushed_object import assume_stopped
+from stucksolver.reasoners.search.binding_constraint import binding_constraint, in_words
+from stucksolver.reasoners.search.duties import duty_to_wait
+from stucksolver.reasoners.search.plan_search import Candidate, PlanSearch, SearchResult
+from stucksolver.reasoners.search.reroute import reroute
+from stucksolver.scene import Scene
+
+NAME = "search"
+
+
+class SearchReasoner:
+    """Observes and analyses as the rules do, and searches the plan through the guard.
+
+    Without surroundings to check plans in, it answers as the rules do.
+    """
+
+    name = NAME
+
+    def __init__(self, limits: WaitLimits | None = None) -> None:
+        self._limits = limits or WaitLimits()
+
+    def decide(self, request: ReasonerRequest) -> ReasonerAnswer:
+        """Return the decision that follows from the scene and the guard's assessments. Deterministic."""
+        decision = assume_stopped(request.scene, lambda scene: self._decide(scene, request.assess))
+        trace = ReasonerTrace(answers=(decision.model_dump_json(),))
+        return ReasonerAnswer(decision, self.name, trace)
+
+    def _decide(self, scene: Scene, assess: PlanAssessor | None) -> Decision:
+        observation = observe(scene, self._limits)
+        analysis = analyse(scene, observation, self._limits)
+        if assess is None or not _is_to_act(analysis):
+            return decide(scene, observation, analysis, self._limits)
+        plan, wait, why, analysis = self._searched(scene, assess, analysis)
+        if plan is None and analysis.immobilized:
+            plan = _call(scene, wait, why, self._limits)
+        if plan is not None:
+            return Decision(observation=observation, analysis=analysis, plan=plan, rationale=why)
+        waiting = analysis.model_copy(update={"wait": wait, "reason": why})
+        return Decision(observation=observation, analysis=waiting, plan=None, rationale=f"wait: {why}")
+
+    def _searched(
+        self, scene: Scene, assess: PlanAssessor, analysis: Analysis
+    ) -> tuple[RecoveryPlan | None, WaitReason | None, str, Analysis]:
+        """Return the plan or the reason to wait, in words, and the analysis with the cause that was found."""
+        asked = analysis.guidance_intent
+        if asked in FOR_US:
+            plan, (wait, why) = plan_for_request(scene, asked)
+            return plan, wait, why, analysis
+        duty = duty_to_wait(scene, analysis)
+        if duty is not None:
+            return None, duty[0], duty[1], analysis
+        if analysis.cause is CauseCode.LOOP:
+            found = reroute(scene, "the vehicle is driving in circles")
+            return (None, None, "a new route has led nowhere", analysis) if found is None else (*found, analysis)
+        result = PlanSearch(scene, assess, _filter(scene, asked)).run()
+        if result.best is not None:
+            return result.best.plan, None, _says(result.best), _explained(analysis, scene, result)
+        analysis = _explained(analysis, scene, result)
+        found = reroute(scene, analysis.reason)
+        if found is not None:
+            return (*found, analysis)
+        return None, WaitReason.NO_SAFE_WAY, analysis.reason, analysis
+
+
+def _is_to_act(analysis: Analysis) -> bool:
+    """True if something should be done: the ego is immobilized, or a passenger asks for something."""
+    if analysis.wait is not None:
+        return False
+    return analysis.immobilized if analysis.guidance_intent is None else True
+
+
+def _filter(scene: Scene, asked: GuidanceIntent | None) -> Callable[[RecoveryPlan], bool]:
+    """Return which plans may be proposed: all, or those that the passenger asks for."""
+    reading = None if scene.guidance is None else scene.guidance.reading
+    if asked is None or reading is None:
+        return lambda plan: True
+    return lambda plan: plan_matches_intent(reading, plan)
+
+
+def _says(best: Candidate) -> str:
+    """Return in words what a plan does."""
+    moves = ", then ".join(in_words(behavior) for behavior in best.plan.behaviors)
+    if best.assessment.shortfalls:
+        return f"{moves}, as soon as this is over: {best.assessment.shortfalls[0].detail}"[:300]
+    return moves
+
+
+def _explained(analysis: Analysis, scene: Scene, result: SearchResult) -> Analysis:
+    """Return the analysis with the constraint that holds the ego, instead of an object that is merely there."""
+    found = binding_constraint(scene, result)
+    return analysis if found is None else analysis.model_copy(update={"cause": found[0], "reason": found[1]})
+
+
+def _call(scene: Scene, wait: WaitReason | None, why: str, limits: WaitLimits) -> RecoveryPlan | None:
+    """Return a call for help if nothing legal is left: a light stays red, or there has been no safe plan for long."""
+    after = {WaitReason.LIGHT: limits.light_s, WaitReason.NO_SAFE_WAY: NO_WAY_S}
+    if wait is None or not scene.offers("request_assistance"):
+        return None
+    if scene.ego.stopped_for_s <= after.get(wait, float("inf")):
+        return None
+    reason = f"stopped for {scene.ego.stopped_for_s:.0f} s: {why}"[:200]
+    return RecoveryPlan(behaviors=(RequestAssistance(reason=reason),))

@@ -1,0 +1,154 @@
+"""Assesses whole plans for a reasoner: each step by the guard, from where the steps before it end."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from stucksolver.guard import NOBODY, Guard, ProvenPlan, RejectCode, RejectReason, Verdict
+from stucksolver.plan import RecoveryPlan
+from stucksolver.plan.assessment import MOST_FREE_M, PlanAssessment, Shortfall
+from stucksolver.plan.behaviors import drives_legs
+from stucksolver.plan.frenet_path import STEP_M, FrenetPath
+from stucksolver.scene.frenet_scene import FrenetScene
+from stucksolver.scene.relocated_ego import relocated
+from stucksolver.scene.road import LaneDirection
+from stucksolver.solver.state_machine.admission import ASKABLE, check_authorized
+from stucksolver.solver.state_machine.history import PASSING, moving
+from stucksolver.solver.state_machine.path_points import facing
+from stucksolver.solver.state_machine.segments import Segment, segments_of
+
+NEAR = frozenset({RejectCode.COLLISION, RejectCode.CLEARANCE, RejectCode.GAP, RejectCode.NO_ABORT})
+"""Reasons that end when their object has moved on."""
+
+
+@dataclass(frozen=True)
+class _Reached:
+    """Where a part of a plan ends: the surroundings from there, and the assessment up to there."""
+
+    view: FrenetScene
+    so_far: PlanAssessment
+
+
+class PlanPreview:
+    """Assesses plans in one tick's surroundings. Common beginnings of plans are checked once.
+
+    Args:
+        guard: Guard that checks the steps.
+        view: Surroundings in road coordinates.
+        guided: Returns True for a plan that the passenger's guidance requests.
+    """
+
+    def __init__(self, guard: Guard, view: FrenetScene, guided: Callable[[RecoveryPlan], bool]) -> None:
+        self._guard = guard
+        self._view = view
+        self._guided = guided
+        self._moving = moving(view)
+        self._reached: dict[tuple[bool, tuple[Segment, ...], bool], _Reached] = {}
+        self.checks = 0
+        """Number of steps that the guard has checked."""
+
+    def assess(self, plan: RecoveryPlan) -> PlanAssessment:
+        """Return the assessment of a whole plan."""
+        barred = check_authorized(plan, self._guard, NOBODY)
+        guided = self._guided(plan)
+        segments = segments_of(plan.behaviors)
+        reached, begins, step = _Reached(self._view, PlanAssessment()), 0, None
+        for count in range(1, len(segments) + 1):
+            last = count == len(segments)
+            key = (guided, segments[:count], last)
+            known = self._reached.get(key)
+            if known is None:
+                known = self._reached[key] = self._after(reached, segments[count - 1], guided, last, count == 1)
+            reached = known
+            if step is None and reached.so_far.shortfalls:
+                step = begins
+            if any(not item.passing for item in reached.so_far.shortfalls):
+                break
+            begins += len(segments[count - 1])
+        result = reached.so_far.model_copy(update={"step": step})
+        if barred is not None and all(item.passing or item.approval for item in result.shortfalls):
+            lacking = (*result.shortfalls, *self._shortfalls(barred, frozenset()))
+            result = result.model_copy(update={"step": step or 0, "shortfalls": lacking})
+        return result
+
+    def _after(self, before: _Reached, segment: Segment, guided: bool, last: bool, now: bool) -> _Reached:
+        """Return what is reached after one more step. `now`: it is the first step, in the present surroundings."""
+        self.checks += 1
+        first, view = segment[0], before.view
+        if first.stands_still:
+            verdict = self._guard.allows_standing(first, view)
+            waited = before.so_far.model_copy(
+                update={"duration_s": before.so_far.duration_s + first.time_allowance_s(0.0)}
+            )
+            return _Reached(view, self._with(waited, verdict, now))
+        if drives_legs(first):
+            verdict, leg = self._guard.accept_turn(first, view)
+            took = 0.0 if leg is None else leg.expected_s + leg.after_s
+            turned = before.so_far.model_copy(update={"duration_s": before.so_far.duration_s + took})
+            return _Reached(view, self._with(turned, verdict, now))
+        verdict, proven = self._guard.accept(segment, view, guided, NOBODY, not last)
+        so_far = self._with(before.so_far, verdict, now)
+        if proven is None and so_far.shortfalls and all(item.passing for item in so_far.shortfalls):
+            quiet = relocated(view, view.ego_s, view.ego_d, view.ego_yaw, 0.0)
+            quiet = FrenetScene(quiet.surroundings.model_copy(update={"sight": view.surroundings.sight}))
+            static, proven = self._guard.accept(segment, quiet, guided, NOBODY, not last)
+            so_far = so_far if static.accepted else self._with(before.so_far, static, now)
+        return _Reached(view, so_far) if proven is None else _moved_on(before, so_far, proven)
+
+    def _with(self, so_far: PlanAssessment, verdict: Verdict, now: bool) -> PlanAssessment:
+        """Return the assessment with one more verdict. Traffic counts as passing only in the present surroundings."""
+        if verdict.accepted:
+            return so_far
+        lacking = (*so_far.shortfalls, *self._shortfalls(verdict, self._moving if now else frozenset()))
+        return so_far.model_copy(update={"shortfalls": lacking})
+
+    @staticmethod
+    def _shortfalls(verdict: Verdict, moving_ids: frozenset[str]) -> tuple[Shortfall, ...]:
+        return tuple(_shortfall(reject, moving_ids) for reject in verdict.rejects)
+
+
+def _shortfall(reject: RejectReason, moving_ids: frozenset[str]) -> Shortfall:
+    traffic = reject.code in PASSING - {RejectCode.RED_LIGHT, RejectCode.STALE}
+    return Shortfall(
+        code=reject.code,
+        detail=reject.detail,
+        object_id=reject.object_id,
+        failure=reject.failure,
+        missing=None if reject.margin is None else max(-reject.margin, 0.0),
+        unit=reject.unit,
+        passing=traffic or (reject.code in NEAR and reject.object_id in moving_ids),
+        approval=reject.code in ASKABLE,
+    )
+
+
+def _moved_on(before: _Reached, so_far: PlanAssessment, proven: ProvenPlan) -> _Reached:
+    """Return what is reached at the end of a proven path."""
+    view, path = before.view, proven.path
+    turned = facing(view, proven)
+    yaw = float(path.body(turned.ego_yaw, view.ego.limits.wheelbase_m)[-1])
+    sign = -1.0 if proven.reverse else 1.0
+    there = relocated(view, sign * path.end_s, sign * path.end_d, yaw, proven.expected_s)
+    way_m = float(path.end_s - path.s[0])
+    reached = {
+        "duration_s": so_far.duration_s + proven.expected_s,
+        "way_m": so_far.way_m + way_m,
+        "back_m": so_far.back_m + (way_m if proven.reverse else 0.0),
+        "progress_m": so_far.progress_m + sign * way_m,
+        "offset_m": there.ego_d,
+        "free_m": min(there.free_ahead_m(), MOST_FREE_M),
+        "oncoming_m": so_far.oncoming_m + _oncoming_m(path, turned),
+    }
+    return _Reached(there, so_far.model_copy(update=reached))
+
+
+def _oncoming_m(path: FrenetPath, view: FrenetScene) -> float:
+    """Return the length of a path on which the body is in a lane of oncoming traffic (m)."""
+    half, inside = view.ego.width_m / 2, np.zeros(len(path.s), dtype=bool)
+    for lane in path.enters:
+        if lane.strip.direction is LaneDirection.OPPOSITE:
+            right, left = np.interp(path.s, lane.s, lane.right), np.interp(path.s, lane.s, lane.left)
+            inside |= (path.d + half > right) & (path.d - half < left)
+    return float(inside.sum()) * STEP_M
