@@ -51,7 +51,7 @@ class PlanAssessment(FrozenModel):
         back_m: Part of `way_m` in reverse (m).
         progress_m: Distance along the route from the present position to the end of the last accepted step (m).
         offset_m: Lateral offset from the route's lane there (m, left positive).
-        free_m: Free distance ahead in the route's lane there (m), at most `MOST_FREE_M`.
+        free_m: Free distance ahead there, at that offset (m), at most `MOST_FREE_M`.
         oncoming_m: Length of the paths in oncoming lanes (m).
     """
 

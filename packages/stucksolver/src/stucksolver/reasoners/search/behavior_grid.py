@@ -28,6 +28,10 @@ WITHIN_M = 60.0
 """Objects further ahead are not passed by the first plan (m). Ours."""
 ASIDE_M = 2.0
 """Objects beside the route up to this lateral distance from the ego's path matter (m). Ours."""
+MARGIN_M, IN_LANE_M, TOUCHING_M = 0.2, 1.0, -0.5
+"""Lateral margin of the ego's path, offset up to which it counts as in the route's lane, and gap that still counts as
+ahead (m), as in the scene.
+"""
 MOST_OBJECTS = 4
 """Number of objects ahead to try for a parameter that names one. Ours."""
 MOST_STARTS = 3
@@ -40,17 +44,26 @@ def past_m(scene: Scene, obj: SceneObject) -> float:
 
 
 def objects_ahead(scene: Scene) -> tuple[SceneObject, ...]:
-    """Return the objects in or near the path ahead: those in it first, then the nearest."""
-    half = scene.ego.width_m / 2 + ASIDE_M
-    near = [
-        o
-        for o in scene.objects
-        if o.gap_m is not None
-        and -scene.ego.length_m < o.gap_m < WITHIN_M
-        and o.right_edge_m < half
-        and o.left_edge_m > -half
-    ]
-    return tuple(sorted(near, key=lambda o: (not o.in_path, o.gap_m or 0.0)))[:MOST_OBJECTS]
+    """Return the objects in or near the ego's path ahead: those in it first, then the nearest."""
+    near = [o for o in scene.objects if -scene.ego.length_m < (o.gap_m or 0.0) and _is_beside_path(scene, o, ASIDE_M)]
+    within = [o for o in near if o.gap_m is not None and o.gap_m < WITHIN_M]
+    return tuple(sorted(within, key=lambda o: (not is_in_own_path(scene, o), o.gap_m or 0.0)))[:MOST_OBJECTS]
+
+
+def is_in_own_path(scene: Scene, obj: SceneObject) -> bool:
+    """True if the ego would hit an object when it drives on at its present lateral offset."""
+    return obj.in_path if abs(scene.ego.lateral_offset_m) < IN_LANE_M else _is_beside_path(scene, obj, MARGIN_M)
+
+
+def own_path_ahead(scene: Scene) -> tuple[SceneObject, ...]:
+    """Return the objects ahead that the ego would hit at its present lateral offset, nearest first."""
+    found = [o for o in scene.objects if o.gap_m is not None and o.gap_m > TOUCHING_M and is_in_own_path(scene, o)]
+    return tuple(sorted(found, key=lambda o: o.gap_m or 0.0))
+
+
+def _is_beside_path(scene: Scene, obj: SceneObject, within_m: float) -> bool:
+    half, here = scene.ego.width_m / 2 + within_m, scene.ego.lateral_offset_m
+    return obj.right_edge_m - here < half and obj.left_edge_m - here > -half
 
 
 def leads_on(kind: type[Behavior]) -> bool:

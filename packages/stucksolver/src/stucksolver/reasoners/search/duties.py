@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 from stucksolver.plan import Analysis, GuidanceIntent, WaitReason
-from stucksolver.reasoners.rules.analyze import blocker
+from stucksolver.reasoners.rules.analyze import NEAR_M
 from stucksolver.reasoners.rules.deadlocks import FIRST_TURN_S
 from stucksolver.reasoners.rules.observe import crosses, drives, goes_first
 from stucksolver.reasoners.rules.resume_driving import STANDS_S, may_hold
+from stucksolver.reasoners.search.behavior_grid import own_path_ahead
 from stucksolver.scene import VEHICLES, Claim, ObjectKind, Scene
-
-LIGHT_AHEAD_M = 20.0
-"""A red light whose line is nearer than this binds the ego (m)."""
 
 
 def duty_to_wait(scene: Scene, analysis: Analysis) -> tuple[WaitReason | None, str] | None:
     """Return why the ego must wait, or None. Lights, people and queues are duties that `analyse` has checked before."""
-    lead = blocker(scene)
+    lead = next((o for o in own_path_ahead(scene) if (o.gap_m or 0.0) < NEAR_M), None)
     if lead is not None and lead.kind is ObjectKind.CROSSING_GATE:
         return WaitReason.LIGHT, f"the gate {lead.id} must not be driven around"
     asked = analysis.guidance_intent

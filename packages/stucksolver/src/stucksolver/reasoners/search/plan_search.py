@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from stucksolver.plan import RecoveryPlan
 from stucksolver.plan.assessment import PlanAssessment, PlanAssessor
 from stucksolver.plan.behaviors import Behavior, parse_behavior
-from stucksolver.reasoners.search.behavior_grid import behaviors_on_grid
+from stucksolver.reasoners.search.behavior_grid import behaviors_on_grid, own_path_ahead
 from stucksolver.reasoners.search.plan_value import (
     FAILED_COST_M,
     IN_LANE_M,
@@ -22,7 +22,7 @@ from stucksolver.reasoners.search.plan_value import (
     value_m,
 )
 from stucksolver.reasoners.search.preparations import Steps, preparations
-from stucksolver.scene import Scene
+from stucksolver.scene import RejectCode, Scene
 
 MOST_CHECKS = 400
 """Number of plans that one search assesses. A plan takes about a millisecond. Ours."""
@@ -165,11 +165,11 @@ class PlanSearch:
         if candidate.assessment.step is not None and len(steps) > 1 + candidate.assessment.step:
             return False
         stays_behind = all(b.stays_behind_blocker or _only_prepares(b) for b in steps)
-        behind = stays_behind and any((o.gap_m or 0.0) < NEAR_M for o in self.scene.in_path_ahead())
+        behind = stays_behind and any((o.gap_m or 0.0) < NEAR_M for o in own_path_ahead(self.scene))
         return not behind and not is_hopeless(candidate.assessment)
 
     def _worthwhile(self) -> list[Candidate]:
-        free_now_m = min((o.gap_m or 0.0 for o in self.scene.in_path_ahead()), default=float("inf"))
+        free_now_m = min((o.gap_m or 0.0 for o in own_path_ahead(self.scene)), default=float("inf"))
         return sorted(
             (
                 c
@@ -186,8 +186,14 @@ class PlanSearch:
     def _result(self) -> SearchResult:
         possible = tuple(self._worthwhile())
         refused = [c for c in self._known.values() if not c.assessment.accepted and self._could_help(c)]
-        nearly = min(refused, key=lambda c: shortfall_m(c.assessment), default=None)
+        nearly = min(refused, key=_explains, default=None)
         return SearchResult(possible[0] if possible else None, possible, nearly, len(self._known))
+
+
+def _explains(candidate: Candidate) -> tuple[bool, int, float]:
+    """Return the rank of a refused plan as an explanation: a plan that leads into an object explains the least."""
+    hits = any(item.code is RejectCode.COLLISION and not item.passing for item in candidate.assessment.shortfalls)
+    return hits, len(candidate.plan.behaviors), shortfall_m(candidate.assessment)
 
 
 def _only_prepares(behavior: Behavior) -> bool:

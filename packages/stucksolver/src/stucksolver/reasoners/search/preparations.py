@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from stucksolver.plan.assessment import PlanAssessment
 from stucksolver.plan.behaviors import REGISTRY, Behavior
-from stucksolver.reasoners.search.behavior_grid import objects_ahead, on_grid
+from stucksolver.reasoners.search.behavior_grid import on_grid, own_path_ahead
 from stucksolver.scene import Scene
 
 Steps = tuple[Behavior, ...]
@@ -72,5 +72,5 @@ def _back_m(scene: Scene, assessment: PlanAssessment) -> tuple[float, ...]:
 
 def _forward_m(scene: Scene) -> tuple[float, ...]:
     """Return distances to creep: fixed ones, and up to the objects ahead."""
-    up_to = [(o.gap_m or 0.0) - short for o in objects_ahead(scene) if o.in_path for short in SHORT_OF_M]
+    up_to = [(o.gap_m or 0.0) - short for o in own_path_ahead(scene)[:2] for short in SHORT_OF_M]
     return tuple(dict.fromkeys(round(way, 1) for way in (*(way for way in up_to if way >= 1.0), *FORWARD_M)))

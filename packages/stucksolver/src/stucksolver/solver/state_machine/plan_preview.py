@@ -15,13 +15,17 @@ from stucksolver.plan.frenet_path import STEP_M, FrenetPath
 from stucksolver.scene.frenet_scene import FrenetScene
 from stucksolver.scene.relocated_ego import relocated
 from stucksolver.scene.road import LaneDirection
-from stucksolver.solver.state_machine.admission import ASKABLE, check_authorized
+from stucksolver.solver.state_machine.admission import ASKABLE, RED_LIGHT, approvable_rules, check_authorized
 from stucksolver.solver.state_machine.history import PASSING, moving
 from stucksolver.solver.state_machine.path_points import facing
 from stucksolver.solver.state_machine.segments import Segment, segments_of
 
 NEAR = frozenset({RejectCode.COLLISION, RejectCode.CLEARANCE, RejectCode.GAP, RejectCode.NO_ABORT})
 """Reasons that end when their object has moved on."""
+
+
+BESIDE_M = 0.2
+"""Lateral margin of the ego's path (m), as in `FrenetScene.in_corridor`."""
 
 
 @dataclass(frozen=True)
@@ -69,6 +73,8 @@ class PlanPreview:
                 break
             begins += len(segments[count - 1])
         result = reached.so_far.model_copy(update={"step": step})
+        if RED_LIGHT[0] not in approvable_rules(plan):
+            result = result.model_copy(update={"shortfalls": tuple(map(_not_over_red, result.shortfalls))})
         if barred is not None and all(item.passing or item.approval for item in result.shortfalls):
             lacking = (*result.shortfalls, *self._shortfalls(barred, frozenset()))
             result = result.model_copy(update={"step": step or 0, "shortfalls": lacking})
@@ -110,6 +116,11 @@ class PlanPreview:
         return tuple(_shortfall(reject, moving_ids) for reject in verdict.rejects)
 
 
+def _not_over_red(item: Shortfall) -> Shortfall:
+    """Return the shortfall as one that no approval removes, if it is a red light."""
+    return item.model_copy(update={"approval": False}) if item.code is RejectCode.RED_LIGHT else item
+
+
 def _shortfall(reject: RejectReason, moving_ids: frozenset[str]) -> Shortfall:
     traffic = reject.code in PASSING - {RejectCode.RED_LIGHT, RejectCode.STALE}
     return Shortfall(
@@ -138,10 +149,17 @@ def _moved_on(before: _Reached, so_far: PlanAssessment, proven: ProvenPlan) -> _
         "back_m": so_far.back_m + (way_m if proven.reverse else 0.0),
         "progress_m": so_far.progress_m + sign * way_m,
         "offset_m": there.ego_d,
-        "free_m": min(there.free_ahead_m(), MOST_FREE_M),
+        "free_m": _free_m(there),
         "oncoming_m": so_far.oncoming_m + _oncoming_m(path, turned),
     }
     return _Reached(there, so_far.model_copy(update=reached))
+
+
+def _free_m(view: FrenetScene) -> float:
+    """Return the free distance ahead of the ego at its lateral offset (m)."""
+    beside = np.abs(view.d - view.ego_d) - view.across < view.ego.width_m / 2 + BESIDE_M
+    gaps = view.gap[beside & (view.s > view.ego_s)]
+    return float(min(gaps.min(initial=MOST_FREE_M), MOST_FREE_M))
 
 
 def _oncoming_m(path: FrenetPath, view: FrenetScene) -> float:
