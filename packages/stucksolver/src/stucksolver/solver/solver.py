@@ -14,8 +14,9 @@ from stucksolver.interpreter import Interpreter, NoInterpreter, find_reader
 from stucksolver.ladder import Ladder, LadderError, find_ladder
 from stucksolver.ladder.rung_actions import Person
 from stucksolver.plan import CONTINUE, Directive
-from stucksolver.reasoners import Reasoner, RuleReasoner
+from stucksolver.reasoners import Reasoner
 from stucksolver.reasoners.factory import make_reasoner
+from stucksolver.reasoners.search import SearchReasoner
 from stucksolver.scene import MAX_WORDS, Scene, Status, Surroundings
 from stucksolver.scene.bounded_values import MalformedError, read_again
 from stucksolver.scene.wording import in_one_line
@@ -118,7 +119,7 @@ class StuckSolver:
             )
         self.clock = make_clock(clock) if isinstance(clock, str) else clock
         first = make_reasoner(reasoner) if isinstance(reasoner, str) else reasoner
-        configured = {"rules": first or RuleReasoner(self.ladder.waits.limits()), **(models or {})}
+        configured = {"rules": first or SearchReasoner(self.ladder.waits.limits()), **(models or {})}
         students = {name: make_reasoner(name) for name in self.ladder.students() if name not in configured}
         reasoners = {**configured, **students}
         self.reasoners: Mapping[str, Reasoner] = reasoners

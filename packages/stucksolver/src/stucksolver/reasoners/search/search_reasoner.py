@@ -17,11 +17,13 @@ from stucksolver.plan import (
 from stucksolver.plan.assessment import PlanAssessor
 from stucksolver.plan.behaviors import RequestAssistance
 from stucksolver.reasoners.reasoner import ReasonerAnswer, ReasonerRequest, ReasonerTrace
-from stucksolver.reasoners.rules.analyze import analyse
+from stucksolver.reasoners.rules.analyze import NEAR_M, analyse
+from stucksolver.reasoners.rules.deadlocks import assert_to_crossing, assert_to_merging, back_off
 from stucksolver.reasoners.rules.decide import FOR_US, NO_WAY_S, decide
 from stucksolver.reasoners.rules.no_blocker import plan_for_request
 from stucksolver.reasoners.rules.observe import observe
 from stucksolver.reasoners.rules.pushed_object import assume_stopped
+from stucksolver.reasoners.search.behavior_grid import own_path_ahead
 from stucksolver.reasoners.search.binding_constraint import binding_constraint, in_words
 from stucksolver.reasoners.search.duties import duty_to_wait
 from stucksolver.reasoners.search.plan_search import Candidate, PlanSearch, SearchResult
@@ -75,10 +77,17 @@ class SearchReasoner:
         if analysis.cause is CauseCode.LOOP:
             found = reroute(scene, "the vehicle is driving in circles")
             return (None, None, "a new route has led nowhere", analysis) if found is None else (*found, analysis)
+        lead = next((o for o in own_path_ahead(scene) if (o.gap_m or 0.0) < NEAR_M), None)
+        shown = None if lead is None else assert_to_crossing(scene, lead) or assert_to_merging(scene, lead)
+        if shown is not None:
+            return shown[0], shown[1][0], shown[1][1], analysis
         result = PlanSearch(scene, assess, _filter(scene, asked)).run()
         if result.best is not None:
             return result.best.plan, None, _says(result.best), _explained(analysis, scene, result)
         analysis = _explained(analysis, scene, result)
+        room = None if lead is None else back_off(scene, lead)
+        if room is not None:
+            return room[0], room[1][0], room[1][1], analysis
         found = reroute(scene, analysis.reason)
         if found is not None:
             return (*found, analysis)
