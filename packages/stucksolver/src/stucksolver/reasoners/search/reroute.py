@@ -17,6 +17,13 @@ BLOCKED_S, TURN_S = 20.0, 60.0
 """The ego has been stopped this long before it takes another road, and before it turns around for one (s). Ours."""
 
 
+def new_route(scene: Scene, why: str) -> tuple[RecoveryPlan, None, str] | None:
+    """Return a plan to plan the route anew from here; None if that has just been tried."""
+    if has_been_tried(scene, "replan") or not scene.offers("replan"):
+        return None
+    return RecoveryPlan(behaviors=(ReplanRoute(),)), None, f"{why}: plan the route anew"
+
+
 def reroute(scene: Scene, why: str) -> tuple[RecoveryPlan, None, str] | None:
     """Return a plan to take another road, with its reason; None if there is none, or if it is too soon."""
     if scene.guidance is not None or has_been_tried(scene, "replan"):

@@ -27,7 +27,7 @@ from stucksolver.reasoners.search.behavior_grid import own_path_ahead
 from stucksolver.reasoners.search.binding_constraint import binding_constraint, in_words
 from stucksolver.reasoners.search.duties import duty_to_wait
 from stucksolver.reasoners.search.plan_search import Candidate, PlanSearch, SearchResult
-from stucksolver.reasoners.search.reroute import reroute
+from stucksolver.reasoners.search.reroute import new_route, reroute
 from stucksolver.scene import Scene
 
 NAME = "search"
@@ -75,7 +75,7 @@ class SearchReasoner:
         if duty is not None:
             return None, duty[0], duty[1], analysis
         if analysis.cause is CauseCode.LOOP:
-            found = reroute(scene, "the vehicle is driving in circles")
+            found = new_route(scene, "the vehicle is driving in circles")
             return (None, None, "a new route has led nowhere", analysis) if found is None else (*found, analysis)
         lead = next((o for o in own_path_ahead(scene) if (o.gap_m or 0.0) < NEAR_M), None)
         shown = None if lead is None else assert_to_crossing(scene, lead) or assert_to_merging(scene, lead)
