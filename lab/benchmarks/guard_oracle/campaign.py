@@ -13,7 +13,7 @@ import lab.benchmarks.guard_oracle.scenes  # noqa: F401
 from lab.benchmarks.guard_oracle.case import Case
 from lab.benchmarks.guard_oracle.causes import excused_by
 from lab.benchmarks.guard_oracle.drive import drive, judged, manner, silence
-from lab.benchmarks.guard_oracle.plans import at_random, from_rules, nosed
+from lab.benchmarks.guard_oracle.plans import at_random, from_search, nosed
 from lab.benchmarks.guard_oracle.recording import Recording, copied
 from lab.benchmarks.guard_oracle.scene import Setting, class_of
 from lab.benchmarks.guard_oracle.vehicle import Manner
@@ -23,7 +23,7 @@ from stucksolver.plan.behaviors import BorrowOncomingLane
 from stucksolver.scene.frenet_scene import FrenetScene
 
 RANDOM_PLANS = 5
-"""Number of random plans per scene, in addition to the plan of the rules."""
+"""Number of random plans per scene, in addition to the plan of the search."""
 NOSED = RANDOM_PLANS + 1
 """Number of the proposal that noses out. It was added later; the plans before it have their old numbers."""
 GUIDED = 0.3
@@ -64,7 +64,7 @@ class Proposal:
 def proposal_of(seed: int, number: int, k: int, may_fall_silent: bool = True) -> Proposal | None:
     """Return proposal `k` of a scene, created anew on each call.
 
-    Proposal 0 is the plan of the rules, or None if they wait.
+    Proposal 0 is the plan of the search, or None if it waits.
     """
     draw = random.Random(f"{seed}/{number}/{k}")
     _, setting = setting_of(seed, number)
@@ -72,7 +72,7 @@ def proposal_of(seed: int, number: int, k: int, may_fall_silent: bool = True) ->
     silent = silence(draw) if may_fall_silent else math.inf
     world = World(setting, how)
     if k == 0:
-        plan = from_rules(FrenetScene(world.surroundings()), setting.stopped_s)
+        plan = from_search(FrenetScene(world.surroundings()), setting.stopped_s)
     else:
         plan = nosed(draw) if k == NOSED else at_random(draw, setting)
     if plan is None:
@@ -92,12 +92,12 @@ def proposals_of(seed: int, number: int) -> Iterator[tuple[int, Proposal]]:
 
 
 def one(seed: int, number: int, k: int, judge_only: bool = False) -> Row | None:
-    """Return proposal `k` of a scene, judged and, if accepted, driven; None if the rules wait."""
+    """Return proposal `k` of a scene, judged and, if accepted, driven; None if the search waits."""
     proposal = proposal_of(seed, number, k)
     if proposal is None:
         return None
     silent = math.nan if judge_only else proposal.silent
-    return judge_and_drive(proposal.world, proposal.plan, proposal.guided, silent, "rules" if k == 0 else "random")
+    return judge_and_drive(proposal.world, proposal.plan, proposal.guided, silent, "search" if k == 0 else "random")
 
 
 def judge_and_drive(world: World, plan: RecoveryPlan, guided: bool, silent: float, source: str) -> Row:

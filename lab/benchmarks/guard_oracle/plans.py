@@ -1,10 +1,11 @@
-"""Proposals for the guard: the plan of the rules in a scene, and random behaviors."""
+"""Proposals for the guard: the plan that the search finds in a scene, and random behaviors."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
 from lab.benchmarks.guard_oracle.scene import SIDES, Drawn, Setting
+from stucksolver.guard import Guard
 from stucksolver.plan import RecoveryPlan
 from stucksolver.plan.behaviors import (
     REGISTRY,
@@ -22,22 +23,25 @@ from stucksolver.plan.behaviors import (
     describe,
 )
 from stucksolver.reasoners import ReasonerRequest
-from stucksolver.reasoners.rules import RuleReasoner
+from stucksolver.reasoners.search import SearchReasoner
 from stucksolver.scene import Status
 from stucksolver.scene.frenet_scene import FrenetScene
 from stucksolver.scene.scene_builder import build_scene
+from stucksolver.solver.state_machine.plan_preview import PlanPreview
 
 NAMES = tuple(REGISTRY)
-RULES = RuleReasoner()
+SEARCH, GUARD = SearchReasoner(), Guard()
 
 
-def from_rules(view: FrenetScene, stopped_s: float) -> RecoveryPlan | None:
-    """Return the plan of the rules in this scene, or None if they wait."""
+def from_search(view: FrenetScene, stopped_s: float) -> RecoveryPlan | None:
+    """Return the plan of the search in this scene, or None if it waits."""
     speed = abs(view.ego.speed_mps)
     status = Status(time_s=view.surroundings.time_s, speed_mps=speed, progress_m=view.ego_s)
     scene = build_scene(view, status, describe(NAMES))
     ego = scene.ego.model_copy(update={"stopped_for_s": stopped_s if speed < 0.5 else 0.0})
-    return RULES.decide(ReasonerRequest(scene.model_copy(update={"ego": ego}))).decision.plan
+    preview = PlanPreview(GUARD, view, lambda plan: False)
+    request = ReasonerRequest(scene.model_copy(update={"ego": ego}), assess=preview.assess)
+    return SEARCH.decide(request).decision.plan
 
 
 def _change(draw: Drawn) -> ChangeLane:

@@ -63,8 +63,8 @@ def page(results: list[Result], listed: int, outdated: int) -> str:
     return f"""# Mutation testing of the guard and of the execution of plans
 
 Each mutant changes one operator, bound, condition or early return of `guard/` or of what executes a plan in
-`solver/state_machine/`, and runs the tests of `packages/stucksolver/tests` that reach its line until one fails: those that
-state a promise first, stored verdicts and random worlds last. Every result is in
+`solver/state_machine/`, and runs the tests of `packages/stucksolver/tests` that reach its line until one fails: those
+that state a promise first, stored verdicts and random worlds last. Every result is in
 [mutation/mutants.tsv](mutation/mutants.tsv), a line each. Made by
 
     python3.12 -m lab.benchmarks.mutation run --limit-s 5 --out OUT
