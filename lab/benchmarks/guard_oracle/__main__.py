@@ -54,10 +54,12 @@ def campaign(
     judge_only: bool = False,
     classes: tuple[str, ...] | None = None,
     jobs: int = 1,
+    only: int | None = None,
 ) -> Row:
     """Continue until this number of accepted plans was driven, or of scenes is done; return the summary.
 
     The classes have scenes in turn. `judge_only`: drive no plan, and store every row. `jobs`: number of processes.
+    `only`: the number of one proposal in each scene; None for all.
     """
     out.mkdir(parents=True, exist_ok=True)
     path, summary = out / f"seed-{seed}.jsonl", Summary()
@@ -66,7 +68,7 @@ def campaign(
     began = reported = time.monotonic()
     before = summary.counts["driven"]
     with path.open("a", encoding="utf-8") as file:
-        work = scenes_in_order(seed, places, judge_only, jobs) if summary.counts["driven"] < plans else iter(())
+        work = scenes_in_order(seed, places, judge_only, jobs, only) if summary.counts["driven"] < plans else iter(())
         for place, name, number, rows in work:
             scene = of_scene(place, name, number, rows, judge_only)
             summary.add(scene)
@@ -104,13 +106,17 @@ def main() -> None:
     parser.add_argument("--classes", nargs="+", choices=all_classes(), help="scenes of these classes (default: all)")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="number of processes (default: cores)")
     parser.add_argument("--judge-only", action="store_true", help="judge the plans, but drive none; keeps every row")
+    parser.add_argument("--own-only", action="store_true", help="only the plan that the search finds in each scene")
     parser.add_argument("--show", type=int, nargs=2, metavar=("SCENE", "K"), help="drive one proposal again")
     options = parser.parse_args()
     if options.show:
         print(json.dumps(one(options.seed, *options.show), indent=1))
         return
     classes = tuple(options.classes) if options.classes else None
-    data = campaign(options.out, options.seed, options.plans, options.scenes, options.judge_only, classes, options.jobs)
+    only = 0 if options.own_only else None
+    data = campaign(
+        options.out, options.seed, options.plans, options.scenes, options.judge_only, classes, options.jobs, only
+    )
     print(json.dumps({key: data[key] for key in ("seed", "scenes", "driven_s", "counts", "causes")}), flush=True)
 
 
