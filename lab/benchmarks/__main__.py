@@ -11,6 +11,7 @@ NAMES = (
     "addon_overhead",
     "driver_ticks",
     "query_overhead",
+    "search_latency",
     "distilled_latency",
     "distilled_edge",
     "perception_stages",

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from stucksolver.scene.frenet import Array, Lane
+from stucksolver.scene.frenet import Array, Mask
 from stucksolver.scene.frenet_scene import FrenetScene
-from stucksolver.scene.objects import TrackedObject
 from stucksolver.scene.surroundings import EgoState, LaneSight
 
 OCCLUDES_M = 2.0
@@ -15,88 +14,103 @@ SAMPLED_M = 4.0
 """Distance between two samples of a lane (m). Ours."""
 DIFFERS_M = 8.0
 """If an estimate at the present pose exceeds the sight distance there by more, lower objects occlude as well (m)."""
-STOPPED_MPS = 0.1
-"""Greatest speed of an object that is assumed to stay (m/s), as for `FrenetScene.moving`."""
 
 
-def relocated(view: FrenetScene, s_m: float, d_m: float, yaw_rad: float, after_s: float) -> FrenetScene:
-    """Return the surroundings with the ego stopped at another place.
+class RelocatedEgo:
+    """Surroundings of a tick for an ego that has stopped at other places.
 
-    Stationary objects stay. Moving ones are left out: where they will be is not known. Sight distances are estimated.
+    Stationary objects stay. Moving ones are left out: where they will be is not known. Sight distances are estimated
+    from straight lines of sight, at most as far as the farthest sight distance now.
 
     Args:
         view: Present surroundings in road coordinates.
-        s_m: Arc length of the ego's center (m).
-        d_m: Lateral offset of the ego's center (m, left positive).
-        yaw_rad: Heading relative to the road (rad).
-        after_s: Time of the move (s); stationary objects have stood that much longer.
     """
-    seen = view.surroundings
-    x, y, road_rad = view.frame.to_local(np.array([s_m]), np.array([d_m]))
-    pose = {"x_m": float(x[0]), "y_m": float(y[0]), "yaw_rad": float(road_rad[0]) + yaw_rad, "speed_mps": 0.0}
-    ego = seen.ego.model_copy(update=pose)
-    staying = tuple(
-        obj.model_copy(update={"stationary_s": (obj.stationary_s or 0.0) + after_s})
-        for obj, moves in zip(seen.objects, view.moving, strict=True)
-        if not moves
-    )
-    driven_m = s_m - view.ego_s
-    controls = tuple(c.model_copy(update={"distance_m": c.distance_m - driven_m}) for c in seen.controls)
-    sight = _estimated_sight(view, ego, s_m)
-    moved = {"ego": ego, "objects": staying, "controls": controls, "sight": sight}
-    return FrenetScene(seen.model_copy(update=moved))
+
+    def __init__(self, view: FrenetScene) -> None:
+        self._view = view
+        seen = view.surroundings
+        self._staying = tuple(o for o, moves in zip(seen.objects, view.moving, strict=True) if not moves)
+        still = [(o.x_m, o.y_m, o.yaw_rad, o.length_m / 2, o.width_m / 2, o.height_m) for o in self._staying]
+        self._boxes: Array = np.array(still).reshape(-1, 6)
+        self._reach_m = max((max(entry.ahead_m, entry.behind_m) for entry in seen.sight), default=0.0)
+        known = {entry.lane_id: entry for entry in seen.sight}
+        self._lanes = tuple(lane for lane in view.frame.lanes if lane.strip.id in known)
+        now = [(known[lane.strip.id].ahead_m, known[lane.strip.id].behind_m) for lane in self._lanes]
+        tall: Mask = self._boxes[:, 5] > OCCLUDES_M
+        estimated = self._visible_m(seen.ego, view.ego_s, tall)
+        self._low_occludes = bool((estimated > np.array(now).reshape(-1, 2) + DIFFERS_M).any())
+        self._tall = tall
+
+    def at(self, s_m: float, d_m: float, yaw_rad: float, after_s: float) -> FrenetScene:
+        """Return the surroundings there.
+
+        Args:
+            s_m: Arc length of the ego's center (m).
+            d_m: Lateral offset of the ego's center (m, left positive).
+            yaw_rad: Heading relative to the road (rad).
+            after_s: Time until then (s): stationary objects have stood that much longer.
+        """
+        view, seen = self._view, self._view.surroundings
+        x, y, road_rad = view.frame.to_local(np.array([s_m]), np.array([d_m]))
+        pose = {"x_m": float(x[0]), "y_m": float(y[0]), "yaw_rad": float(road_rad[0]) + yaw_rad, "speed_mps": 0.0}
+        ego = seen.ego.model_copy(update=pose)
+        staying = tuple(o.model_copy(update={"stationary_s": (o.stationary_s or 0.0) + after_s}) for o in self._staying)
+        driven_m = s_m - view.ego_s
+        controls = tuple(c.model_copy(update={"distance_m": c.distance_m - driven_m}) for c in seen.controls)
+        which: Mask = np.ones(len(self._boxes), dtype=bool) if self._low_occludes else self._tall
+        lengths = self._visible_m(ego, s_m, which)
+        sight = tuple(
+            LaneSight(lane_id=lane.strip.id, ahead_m=float(ahead), behind_m=float(behind))
+            for lane, (ahead, behind) in zip(self._lanes, lengths, strict=True)
+        )
+        moved = {"ego": ego, "objects": staying, "controls": controls, "sight": sight}
+        return FrenetScene(seen.model_copy(update=moved))
+
+    def without_traffic(self) -> FrenetScene:
+        """Return the present surroundings without the moving objects."""
+        return FrenetScene(self._view.surroundings.model_copy(update={"objects": self._staying}))
+
+    def _visible_m(self, ego: EgoState, s_m: float, which: Mask) -> Array:
+        """(lanes, 2): how far the centers of the lanes are visible ahead and behind of a pose (m)."""
+        result = np.zeros((len(self._lanes), 2))
+        boxes = self._boxes[which]
+        for k, lane in enumerate(self._lanes):
+            ahead_m = min(lane.end_m, s_m + self._reach_m) - s_m
+            behind_m = s_m - max(lane.start_m, s_m - self._reach_m)
+            for side, (sign, length_m) in enumerate(((1.0, ahead_m), (-1.0, behind_m))):
+                if length_m <= 0.0:
+                    continue
+                away: Array = np.append(np.arange(0.0, length_m, SAMPLED_M), length_m)
+                stations = s_m + sign * away
+                x, y, _ = self._view.frame.to_local(stations, np.interp(stations, lane.s, lane.center))
+                # The first sample is beside the ego itself.
+                hidden = np.flatnonzero(_crosses(boxes, ego.x_m, ego.y_m, x[1:], y[1:]))
+                result[k, side] = away[int(hidden[0])] if len(hidden) else away[-1]
+        return result
 
 
-def _estimated_sight(view: FrenetScene, ego: EgoState, s_m: float) -> tuple[LaneSight, ...]:
-    """Return the sight distances from a new pose: as far as now at most, up to the first stationary object between."""
-    seen = view.surroundings
-    now = {entry.lane_id: entry for entry in seen.sight}
-    reach_m = max((max(entry.ahead_m, entry.behind_m) for entry in seen.sight), default=0.0)
-    found = []
-    tall = [o for o in seen.objects if o.height_m > OCCLUDES_M and np.hypot(o.vx_mps, o.vy_mps) <= STOPPED_MPS]
-    every = [o for o in seen.objects if np.hypot(o.vx_mps, o.vy_mps) <= STOPPED_MPS]
-    for lane in view.frame.lanes:
-        entry = now.get(lane.strip.id)
-        if entry is None:
-            continue
-        lengths = []
-        for towards, length_m in ((+1, entry.ahead_m), (-1, entry.behind_m)):
-            here = _visible_m(view, lane, seen.ego, view.ego_s, towards, reach_m, tall)
-            occluders = tall if here <= length_m + DIFFERS_M else every
-            lengths.append(_visible_m(view, lane, ego, s_m, towards, reach_m, occluders))
-        found.append(LaneSight(lane_id=lane.strip.id, ahead_m=lengths[0], behind_m=lengths[1]))
-    return tuple(found)
+def _crosses(boxes: Array, from_x: float, from_y: float, x: Array, y: Array) -> Mask:
+    """(points,): True if the straight line from a point to each of these crosses any of the boxes.
 
-
-def _visible_m(
-    view: FrenetScene, lane: Lane, ego: EgoState, s_m: float, towards: int, reach_m: float, objects: list[TrackedObject]
-) -> float:
-    """Return how far the center of a lane is visible ahead (+1) or behind (-1) of a pose (m)."""
-    end_m = min(lane.end_m, s_m + reach_m) - s_m if towards > 0 else s_m - max(lane.start_m, s_m - reach_m)
-    if end_m <= 0.0:
-        return 0.0
-    away: Array = np.append(np.arange(0.0, end_m, SAMPLED_M), end_m)
-    stations = s_m + towards * away
-    x, y, _ = view.frame.to_local(stations, np.interp(stations, lane.s, lane.center))
-    hidden = np.zeros(len(away), dtype=bool)
-    for obj in objects:
-        hidden |= _crosses(obj, ego.x_m, ego.y_m, x, y)
-    # The first sample is beside the ego itself.
-    first = np.flatnonzero(hidden[1:])
-    return float(away[int(first[0])] if len(first) else away[-1])
-
-
-def _crosses(obj: TrackedObject, from_x: float, from_y: float, x: Array, y: Array) -> Array:
-    """(points,): True if the straight line from a point to each of these crosses the object's box."""
-    cos, sin = np.cos(obj.yaw_rad), np.sin(obj.yaw_rad)
-    start = np.array(
-        [(from_x - obj.x_m) * cos + (from_y - obj.y_m) * sin, (from_y - obj.y_m) * cos - (from_x - obj.x_m) * sin]
-    )
-    ends = np.stack([(x - obj.x_m) * cos + (y - obj.y_m) * sin, (y - obj.y_m) * cos - (x - obj.x_m) * sin])
-    half = np.array([obj.length_m / 2, obj.width_m / 2])[:, None]
-    step = ends - start[:, None]
-    step = np.where(np.abs(step) < 1e-9, 1e-9, step)
-    near, far = (-half - start[:, None]) / step, (half - start[:, None]) / step
-    enters, leaves = np.minimum(near, far).max(axis=0), np.maximum(near, far).min(axis=0)
-    crossed: Array = (enters < leaves) & (leaves > 0.0) & (enters < 1.0)
+    Args:
+        boxes: (boxes, 6): center (m), heading (rad), half length, half width and height (m).
+        from_x: Start of the lines (m).
+        from_y: The same across (m).
+        x: (points,): ends of the lines (m).
+        y: The same across (m).
+    """
+    cos, sin = np.cos(boxes[:, 2]), np.sin(boxes[:, 2])
+    dx, dy = from_x - boxes[:, 0], from_y - boxes[:, 1]
+    ends_x, ends_y = x[:, None] - boxes[:, 0], y[:, None] - boxes[:, 1]
+    enters, leaves = np.full(ends_x.shape, -np.inf), np.full(ends_x.shape, np.inf)
+    for start, end, half in (
+        (dx * cos + dy * sin, ends_x * cos + ends_y * sin, boxes[:, 3]),
+        (dy * cos - dx * sin, ends_y * cos - ends_x * sin, boxes[:, 4]),
+    ):
+        step = end - start
+        step = np.where(np.abs(step) < 1e-9, 1e-9, step)
+        first, second = (-half - start) / step, (half - start) / step
+        enters = np.maximum(enters, np.minimum(first, second))
+        leaves = np.minimum(leaves, np.maximum(first, second))
+    crossed: Mask = np.any((enters < leaves) & (leaves > 0.0) & (enters < 1.0), axis=1)
     return crossed

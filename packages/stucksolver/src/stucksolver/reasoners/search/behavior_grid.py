@@ -20,8 +20,8 @@ SPEEDS_MPS = (5.5, 2.2)
 """Speeds to try (m/s): just under the 20 km/h of a recovery, and walking pace."""
 OFFSETS_M = (0.4, 1.0)
 """Lateral shifts to try (m). Ours."""
-ON_M = (25.0, 15.0, 5.0)
-"""Distances to drive on (m): more than the progress of a recovery, just that, and a little. Ours."""
+ON_M = (25.0, 15.0)
+"""Distances to drive on (m): more than the progress of a recovery, and just that. Ours."""
 BEYOND_M = 3.0
 """Distance of the ego's rear beyond an object that it has passed (m). Ours."""
 WITHIN_M = 60.0
@@ -34,6 +34,8 @@ ahead (m), as in the scene.
 """
 MOST_OBJECTS = 4
 """Number of objects ahead to try for a parameter that names one. Ours."""
+MOST_PASSED = 2
+"""Number of objects in the path that a distance may lead past. Ours."""
 MOST_STARTS = 3
 """Number of waypoints to try for the start of a route. Ours."""
 
@@ -121,7 +123,7 @@ def _numbers(name: str, schema: dict[str, Any], scene: Scene) -> tuple[float, ..
     if name == "offset_m":
         return OFFSETS_M
     if name == "distance_m":
-        return (*(past_m(scene, o) for o in objects_ahead(scene)), *ON_M)
+        return (*(past_m(scene, o) for o in own_path_ahead(scene)[:MOST_PASSED]), *ON_M)
     return (float(schema["default"]),) if "default" in schema else ()
 
 

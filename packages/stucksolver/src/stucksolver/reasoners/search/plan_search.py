@@ -36,6 +36,8 @@ FACTORS = (0.5, 0.75, 1.25, 1.5)
 """Factors on a parameter of a plan that is nearly accepted. Ours."""
 NEAR_M = 25.0
 """A plan that stays in the lane leads past nothing that is in the path within this distance (m). Ours."""
+LAST_RANK = 100
+"""Rank of behaviors that solve nothing by themselves."""
 LONGEST = 6
 """Most behaviors in a plan."""
 
@@ -190,10 +192,11 @@ class PlanSearch:
         return SearchResult(possible[0] if possible else None, possible, nearly, len(self._known))
 
 
-def _explains(candidate: Candidate) -> tuple[bool, int, float]:
+def _explains(candidate: Candidate) -> tuple[bool, int, int, float]:
     """Return the rank of a refused plan as an explanation: a plan that leads into an object explains the least."""
     hits = any(item.code is RejectCode.COLLISION and not item.passing for item in candidate.assessment.shortfalls)
-    return hits, len(candidate.plan.behaviors), shortfall_m(candidate.assessment)
+    rank = min(b.solution_rank or LAST_RANK for b in candidate.plan.behaviors)
+    return hits, len(candidate.plan.behaviors), rank, shortfall_m(candidate.assessment)
 
 
 def _only_prepares(behavior: Behavior) -> bool:

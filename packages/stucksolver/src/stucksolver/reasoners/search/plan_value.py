@@ -86,6 +86,7 @@ HOPELESS = frozenset(
         PlanFailure.NO_LANE,
         PlanFailure.NOT_OUR_LANE,
         PlanFailure.NOT_SEEN,
+        PlanFailure.NOT_IN_THE_WAY,
         PlanFailure.NOT_LEADING,
         PlanFailure.EMPTY,
     }

@@ -22,13 +22,14 @@ from stucksolver.reasoners.rules.deadlocks import assert_to_crossing, assert_to_
 from stucksolver.reasoners.rules.decide import FOR_US, NO_WAY_S, decide
 from stucksolver.reasoners.rules.no_blocker import plan_for_request
 from stucksolver.reasoners.rules.observe import observe
+from stucksolver.reasoners.rules.pass_target import is_staying
 from stucksolver.reasoners.rules.pushed_object import assume_stopped
 from stucksolver.reasoners.search.behavior_grid import own_path_ahead
 from stucksolver.reasoners.search.binding_constraint import binding_constraint, in_words
 from stucksolver.reasoners.search.duties import duty_to_wait
 from stucksolver.reasoners.search.plan_search import Candidate, PlanSearch, SearchResult
 from stucksolver.reasoners.search.reroute import new_route, reroute
-from stucksolver.scene import Scene
+from stucksolver.scene import MOTOR_VEHICLES, RejectCode, Scene, SceneObject
 
 NAME = "search"
 
@@ -82,7 +83,7 @@ class SearchReasoner:
         if shown is not None:
             return shown[0], shown[1][0], shown[1][1], analysis
         result = PlanSearch(scene, assess, _filter(scene, asked)).run()
-        if result.best is not None:
+        if result.best is not None and not self._holds(scene, result.best):
             return result.best.plan, None, _says(result.best), _explained(analysis, scene, result)
         analysis = _explained(analysis, scene, result)
         room = None if lead is None else back_off(scene, lead)
@@ -91,7 +92,21 @@ class SearchReasoner:
         found = reroute(scene, analysis.reason)
         if found is not None:
             return (*found, analysis)
-        return None, WaitReason.NO_SAFE_WAY, analysis.reason, analysis
+        return None, self._reason_to_wait(scene, result, lead), analysis.reason, analysis
+
+    def _holds(self, scene: Scene, best: Candidate) -> bool:
+        """True if the best plan would pass a scene on own authority, such as a school bus: it is waited for first."""
+        authority = any(item.code is RejectCode.AUTHORITY for item in best.assessment.shortfalls)
+        return authority and scene.guidance is None and scene.ego.stopped_for_s <= self._limits.yield_s
+
+    def _reason_to_wait(self, scene: Scene, result: SearchResult, lead: SceneObject | None) -> WaitReason:
+        """Return why there is no plan: what holds the ego may move on by itself, or there is no safe way at all."""
+        if result.best is not None:
+            return WaitReason.YIELD
+        constraint = None if result.nearly is None else result.nearly.assessment.shortfalls[0]
+        found = next((o for o in scene.objects if constraint is not None and o.id == constraint.object_id), None)
+        leaves = found is not None and found.kind in MOTOR_VEHICLES and found != lead and not is_staying(found)
+        return WaitReason.YIELD if leaves else WaitReason.NO_SAFE_WAY
 
 
 def _is_to_act(analysis: Analysis) -> bool:

@@ -10,17 +10,10 @@ from stucksolver.plan import RecoveryPlan
 from stucksolver.plan.behaviors import ApprovalLevel
 from stucksolver.scene import Scene
 from stucksolver.scene.frenet_scene import FrenetScene
+from stucksolver.solver.state_machine.approval_rules import ASKABLE, RED_LIGHT, approvable_rules, check_authorized
 from stucksolver.solver.state_machine.execution import Execution
 from stucksolver.solver.state_machine.history import AttemptHistory, moving, passes
-
-RELEASABLE = frozenset(name for name in RULES if name != "red_light")
-"""Rules for which a person may be asked, for any plan. A red light is asked about only if the plan does nothing
-else.
-"""
-
-RED_LIGHT = ("red_light",)
-ASKABLE = frozenset({RejectCode.APPROVAL, RejectCode.AUTHORITY, RejectCode.SOLID_LINE, RejectCode.RED_LIGHT})
-"""Reasons for refusal that a person's approval can remove."""
+from stucksolver.solver.state_machine.plan_preview import PlanPreview
 
 
 @dataclass(frozen=True)
@@ -83,6 +76,8 @@ def admit(
     execution = Execution(plan, guard, guided, approvals)
     known = check_offered(plan, scene) or history.against(plan)
     verdict = known or check_authorized(plan, guard, approvals) or execution.start(view, now_s)
+    if verdict.accepted and not again:
+        verdict = PlanPreview(guard, view, lambda _: guided, approvals).later_refusal(plan) or verdict
     need = None
     if known is None and not verdict.accepted and not again:
         need = missing_approval(plan, verdict, guard, view, now_s, guided, approvals)
@@ -109,16 +104,6 @@ def check_offered(plan: RecoveryPlan, scene: Scene | None) -> Verdict | None:
     )
 
 
-def check_authorized(plan: RecoveryPlan, guard: Guard, has: Approvals) -> Verdict | None:
-    """Refuse a plan if any of its behaviors lacks an approval, even a late one: the plan would end half-way."""
-    lacking = [
-        RejectReason(code=RejectCode.APPROVAL, detail=f"{name} needs a yes from the {needed.value}")
-        for name in dict.fromkeys(b.name for b in plan.behaviors)
-        if not has.cover(name, needed := guard.policy.release(name))
-    ]
-    return Verdict(rejects=tuple(lacking)) if lacking else None
-
-
 def missing_approval(
     plan: RecoveryPlan, verdict: Verdict, guard: Guard, view: FrenetScene, now_s: float, guided: bool, has: Approvals
 ) -> MissingApproval | None:
@@ -137,14 +122,6 @@ def missing_approval(
             if would.accepted or (extra == RED_LIGHT and not _at_red(would) and passes(would, moving(view))):
                 return need
     return None
-
-
-def approvable_rules(plan: RecoveryPlan) -> frozenset[str]:
-    """The rules for which a person may be asked. A red light only if the plan creeps across it and does nothing
-    else.
-    """
-    creeps = len(plan.behaviors) == 1 and plan.behaviors[0].may_cross_red_light
-    return RELEASABLE | set(RED_LIGHT) if creeps else RELEASABLE
 
 
 def _at_red(verdict: Verdict) -> bool:

@@ -7,15 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stucksolver.guard import NOBODY, Guard, ProvenPlan, RejectCode, RejectReason, Verdict
+from stucksolver.guard import NOBODY, RULES, Approvals, Guard, ProvenPlan, RejectCode, RejectReason, Verdict
 from stucksolver.plan import RecoveryPlan
 from stucksolver.plan.assessment import MOST_FREE_M, PlanAssessment, Shortfall
-from stucksolver.plan.behaviors import drives_legs
+from stucksolver.plan.behaviors import REGISTRY, drives_legs
 from stucksolver.plan.frenet_path import STEP_M, FrenetPath
 from stucksolver.scene.frenet_scene import FrenetScene
-from stucksolver.scene.relocated_ego import relocated
+from stucksolver.scene.relocated_ego import RelocatedEgo
 from stucksolver.scene.road import LaneDirection
-from stucksolver.solver.state_machine.admission import ASKABLE, RED_LIGHT, approvable_rules, check_authorized
+from stucksolver.solver.state_machine.approval_rules import ASKABLE, RED_LIGHT, approvable_rules, check_authorized
 from stucksolver.solver.state_machine.history import PASSING, moving
 from stucksolver.solver.state_machine.path_points import facing
 from stucksolver.solver.state_machine.segments import Segment, segments_of
@@ -24,8 +24,16 @@ NEAR = frozenset({RejectCode.COLLISION, RejectCode.CLEARANCE, RejectCode.GAP, Re
 """Reasons that end when their object has moved on."""
 
 
+STATIC = frozenset(
+    {RejectCode.COLLISION, RejectCode.GAP, RejectCode.NO_PATH, RejectCode.OFF_LANES, RejectCode.LEAVES_LANE}
+)
+"""Reasons that depend only on what is stationary, so that they are known before the plan begins."""
 BESIDE_M = 0.2
 """Lateral margin of the ego's path (m), as in `FrenetScene.in_corridor`."""
+
+
+EVERY_APPROVAL = Approvals(operator=frozenset((*REGISTRY, *RULES)))
+"""What people could approve at most: a plan that lacks only an approval is checked for everything else with it."""
 
 
 @dataclass(frozen=True)
@@ -43,20 +51,29 @@ class PlanPreview:
         guard: Guard that checks the steps.
         view: Surroundings in road coordinates.
         guided: Returns True for a plan that the passenger's guidance requests.
+        approvals: Approvals by people.
     """
 
-    def __init__(self, guard: Guard, view: FrenetScene, guided: Callable[[RecoveryPlan], bool]) -> None:
+    def __init__(
+        self,
+        guard: Guard,
+        view: FrenetScene,
+        guided: Callable[[RecoveryPlan], bool],
+        approvals: Approvals = NOBODY,
+    ) -> None:
         self._guard = guard
         self._view = view
         self._guided = guided
+        self._approvals = approvals
         self._moving = moving(view)
+        self._elsewhere = RelocatedEgo(view)
         self._reached: dict[tuple[bool, tuple[Segment, ...], bool], _Reached] = {}
         self.checks = 0
         """Number of steps that the guard has checked."""
 
     def assess(self, plan: RecoveryPlan) -> PlanAssessment:
         """Return the assessment of a whole plan."""
-        barred = check_authorized(plan, self._guard, NOBODY)
+        barred = check_authorized(plan, self._guard, self._approvals)
         guided = self._guided(plan)
         segments = segments_of(plan.behaviors)
         reached, begins, step = _Reached(self._view, PlanAssessment()), 0, None
@@ -80,29 +97,76 @@ class PlanPreview:
             result = result.model_copy(update={"step": step or 0, "shortfalls": lacking})
         return result
 
+    def later_refusal(self, plan: RecoveryPlan) -> Verdict | None:
+        """Return a rejection if a later step has no room where it will begin; None if that is not known.
+
+        Traffic and sight distances at that time are not known now. They are checked when the step begins.
+        """
+        found = self.assess(plan)
+        known = tuple(item for item in found.shortfalls if item.code in STATIC and not (item.passing or item.approval))
+        if not found.step or not known:
+            return None
+        name = plan.behaviors[found.step].name
+        return Verdict(
+            rejects=tuple(
+                RejectReason(
+                    code=item.code,
+                    detail=f"later, {name}: {item.detail}",
+                    object_id=item.object_id,
+                    failure=item.failure,
+                    margin=None if item.missing is None else -item.missing,
+                    unit=item.unit,
+                )
+                for item in known
+            )
+        )
+
     def _after(self, before: _Reached, segment: Segment, guided: bool, last: bool, now: bool) -> _Reached:
         """Return what is reached after one more step. `now`: it is the first step, in the present surroundings."""
         self.checks += 1
         first, view = segment[0], before.view
         if first.stands_still:
-            verdict = self._guard.allows_standing(first, view)
+            verdict = self._guard.allows_standing(first, view, self._approvals)
             waited = before.so_far.model_copy(
                 update={"duration_s": before.so_far.duration_s + first.time_allowance_s(0.0)}
             )
             return _Reached(view, self._with(waited, verdict, now))
         if drives_legs(first):
-            verdict, leg = self._guard.accept_turn(first, view)
+            verdict, leg = self._guard.accept_turn(first, view, self._approvals)
             took = 0.0 if leg is None else leg.expected_s + leg.after_s
             turned = before.so_far.model_copy(update={"duration_s": before.so_far.duration_s + took})
             return _Reached(view, self._with(turned, verdict, now))
-        verdict, proven = self._guard.accept(segment, view, guided, NOBODY, not last)
+        verdict, proven = self._guard.accept(segment, view, guided, self._approvals, not last)
         so_far = self._with(before.so_far, verdict, now)
-        if proven is None and so_far.shortfalls and all(item.passing for item in so_far.shortfalls):
-            quiet = relocated(view, view.ego_s, view.ego_d, view.ego_yaw, 0.0)
-            quiet = FrenetScene(quiet.surroundings.model_copy(update={"sight": view.surroundings.sight}))
-            static, proven = self._guard.accept(segment, quiet, guided, NOBODY, not last)
+        if proven is None and all(item.passing or item.approval for item in so_far.shortfalls):
+            quiet = self._elsewhere.without_traffic() if now else view
+            static, proven = self._guard.accept(segment, quiet, guided, EVERY_APPROVAL, not last)
             so_far = so_far if static.accepted else self._with(before.so_far, static, now)
-        return _Reached(view, so_far) if proven is None else _moved_on(before, so_far, proven)
+        if proven is None:
+            return _Reached(view, so_far)
+        return self._moved_on(before, so_far, proven, last)
+
+    def _moved_on(self, before: _Reached, so_far: PlanAssessment, proven: ProvenPlan, last: bool) -> _Reached:
+        """Return what is reached at the end of a proven path. After the last step no further view is needed."""
+        view, path, sign = before.view, proven.path, -1.0 if proven.reverse else 1.0
+        turned = facing(view, proven)
+        way_m, end_s, end_d = float(path.end_s - path.s[0]), sign * path.end_s, sign * path.end_d
+        duration_s = so_far.duration_s + proven.expected_s
+        reached = so_far.model_copy(
+            update={
+                "duration_s": duration_s,
+                "way_m": so_far.way_m + way_m,
+                "back_m": so_far.back_m + (way_m if proven.reverse else 0.0),
+                "progress_m": so_far.progress_m + sign * way_m,
+                "offset_m": end_d,
+                "free_m": _free_m(view, end_s, end_d),
+                "oncoming_m": so_far.oncoming_m + _oncoming_m(path, turned),
+            }
+        )
+        if last:
+            return _Reached(view, reached)
+        yaw = float(path.body(turned.ego_yaw, view.ego.limits.wheelbase_m)[-1])
+        return _Reached(self._elsewhere.at(end_s, end_d, yaw, duration_s), reached)
 
     def _with(self, so_far: PlanAssessment, verdict: Verdict, now: bool) -> PlanAssessment:
         """Return the assessment with one more verdict. Traffic counts as passing only in the present surroundings."""
@@ -135,30 +199,11 @@ def _shortfall(reject: RejectReason, moving_ids: frozenset[str]) -> Shortfall:
     )
 
 
-def _moved_on(before: _Reached, so_far: PlanAssessment, proven: ProvenPlan) -> _Reached:
-    """Return what is reached at the end of a proven path."""
-    view, path = before.view, proven.path
-    turned = facing(view, proven)
-    yaw = float(path.body(turned.ego_yaw, view.ego.limits.wheelbase_m)[-1])
-    sign = -1.0 if proven.reverse else 1.0
-    there = relocated(view, sign * path.end_s, sign * path.end_d, yaw, proven.expected_s)
-    way_m = float(path.end_s - path.s[0])
-    reached = {
-        "duration_s": so_far.duration_s + proven.expected_s,
-        "way_m": so_far.way_m + way_m,
-        "back_m": so_far.back_m + (way_m if proven.reverse else 0.0),
-        "progress_m": so_far.progress_m + sign * way_m,
-        "offset_m": there.ego_d,
-        "free_m": _free_m(there),
-        "oncoming_m": so_far.oncoming_m + _oncoming_m(path, turned),
-    }
-    return _Reached(there, so_far.model_copy(update=reached))
-
-
-def _free_m(view: FrenetScene) -> float:
-    """Return the free distance ahead of the ego at its lateral offset (m)."""
-    beside = np.abs(view.d - view.ego_d) - view.across < view.ego.width_m / 2 + BESIDE_M
-    gaps = view.gap[beside & (view.s > view.ego_s)]
+def _free_m(view: FrenetScene, s_m: float, d_m: float) -> float:
+    """Return the free distance ahead of an ego there, at that lateral offset (m)."""
+    half_width, half_length = view.ego.width_m / 2 + BESIDE_M, view.ego.length_m / 2
+    beside = ~view.moving & (np.abs(view.d - d_m) - view.across < half_width) & (view.s > s_m)
+    gaps = view.s[beside] - view.along[beside] - s_m - half_length
     return float(min(gaps.min(initial=MOST_FREE_M), MOST_FREE_M))
 
 
