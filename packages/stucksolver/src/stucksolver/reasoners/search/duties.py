@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from stucksolver.plan import Analysis, GuidanceIntent, WaitReason
+from stucksolver.plan import Analysis, GuidanceIntent, WaitLimits, WaitReason
 from stucksolver.reasoners.rules.analyze import NEAR_M
 from stucksolver.reasoners.rules.deadlocks import FIRST_TURN_S
+from stucksolver.reasoners.rules.no_blocker import across_stuck_light
 from stucksolver.reasoners.rules.observe import crosses, drives, goes_first
-from stucksolver.reasoners.rules.resume_driving import STANDS_S, may_hold
+from stucksolver.reasoners.rules.resume_driving import SCENES, STANDS_S, may_hold
 from stucksolver.reasoners.search.behavior_grid import own_path_ahead
 from stucksolver.scene import VEHICLES, Claim, ObjectKind, Scene
 
 
-def duty_to_wait(scene: Scene, analysis: Analysis) -> tuple[WaitReason | None, str] | None:
+def duty_to_wait(scene: Scene, analysis: Analysis, limits: WaitLimits) -> tuple[WaitReason | None, str] | None:
     """Return why the ego must wait, or None. Lights, people and queues are duties that `analyse` has checked before."""
     lead = next((o for o in own_path_ahead(scene) if (o.gap_m or 0.0) < NEAR_M), None)
     if lead is not None and lead.kind is ObjectKind.CROSSING_GATE:
@@ -22,6 +23,8 @@ def duty_to_wait(scene: Scene, analysis: Analysis) -> tuple[WaitReason | None, s
         return WaitReason.QUEUE, f"{lead.kind.value} {lead.id} is moving: follow it"
     if lead is not None and crosses(lead) and not lead.hazard_lights:
         return _duty_to_crossing(scene, drives(lead), f"{lead.kind.value} {lead.id}")
+    if lead is not None and lead.kind in SCENES and asked is None and scene.ego.stopped_for_s <= limits.yield_s:
+        return WaitReason.YIELD, f"{lead.kind.value} {lead.id} holds up the traffic"
     if lead is None and analysis.immobilized:
         return _duty_on_free_road(scene)
     return None
@@ -39,5 +42,7 @@ def _duty_on_free_road(scene: Scene) -> tuple[WaitReason | None, str] | None:
     """Return the duty of an ego that is stopped on a free road: the stack is given time to set off by itself."""
     if goes_first(scene) is None and scene.guidance is None and scene.ego.stopped_for_s < STANDS_S:
         return None, f"nothing is in the path, and the vehicle has been stopped for {scene.ego.stopped_for_s:.0f} s"
+    if across_stuck_light(scene) is not None:
+        return None  # The wait at a red light has exceeded its limit: an operator may approve crossing it.
     holds = may_hold(scene)
     return None if holds is None else (WaitReason.YIELD, holds)

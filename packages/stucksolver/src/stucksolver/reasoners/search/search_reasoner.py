@@ -72,7 +72,7 @@ class SearchReasoner:
         if asked in FOR_US:
             plan, (wait, why) = plan_for_request(scene, asked)
             return plan, wait, why, analysis
-        duty = duty_to_wait(scene, analysis)
+        duty = duty_to_wait(scene, analysis, self._limits)
         if duty is not None:
             return None, duty[0], duty[1], analysis
         if analysis.cause is CauseCode.LOOP:
@@ -127,6 +127,9 @@ def _filter(scene: Scene, asked: GuidanceIntent | None) -> Callable[[RecoveryPla
 def _says(best: Candidate) -> str:
     """Return in words what a plan does."""
     moves = ", then ".join(in_words(behavior) for behavior in best.plan.behaviors)
+    if best.assessment.needs_approval:
+        lacking = next(item for item in best.assessment.shortfalls if item.approval)
+        return f"{moves}, if a person approves it: {lacking.detail}"[:300]
     if best.assessment.shortfalls:
         return f"{moves}, as soon as this is over: {best.assessment.shortfalls[0].detail}"[:300]
     return moves
