@@ -39,6 +39,7 @@ VIEW = WORLD.view()
 OFFERED = [b.name for b in SCENE.behaviors]
 GOOD = mind.answer(messages(SCENE)[1].text, OFFERED)
 TEXT = json.dumps(GOOD)
+OTHER = json.dumps({**GOOD, "decision": {**GOOD["decision"], "behaviors": None}})
 
 
 def test_the_right_answer_is_read():
@@ -53,6 +54,7 @@ def test_the_right_answer_is_read():
         TEXT.replace("}]", "},]"),
         f"  \n{TEXT}\n",
         f"{{not json}} {TEXT}",
+        f"{TEXT} {TEXT}",
     ],
 )
 def test_what_stands_around_it_is_overlooked(wrapped):
@@ -60,7 +62,7 @@ def test_what_stands_around_it_is_overlooked(wrapped):
 
 
 @pytest.mark.parametrize(
-    "text", ["", "no", "{", "null", "[1]", "{}", TEXT[:-20], f"{TEXT} {TEXT}", "{" * 5000, "[" * 99999]
+    "text", ["", "no", "{", "null", "[1]", "{}", TEXT[:-20], f"{TEXT} {OTHER}", "{" * 5000, "[" * 99999]
 )
 def test_what_is_no_single_answer_is_an_error(text):
     with pytest.raises(AnswerError):

@@ -35,8 +35,6 @@ FORMAT = "llm-decide-2"
 """Version of recorded answers. It increases when an answer that was valid before can no longer be parsed."""
 FORMAT_1 = "llm-decide-1"
 """The version before the parser compared the answers to the chain's questions with its conclusion."""
-MOST_CHARACTERS = 40_000
-"""Longest answer that is parsed (characters). Ours: about 25 times a normal answer."""
 MOST_ERRORS = 3
 """Maximum number of errors in the message for the model. Ours."""
 
@@ -142,8 +140,6 @@ PARSERS[FORMAT_1] = partial(parse_answer, chain=False)
 
 
 def _read(kind: type[Any], text: str) -> Any:
-    if len(text) > MOST_CHARACTERS:
-        raise AnswerError(f"the answer is longer than {MOST_CHARACTERS} characters")
     try:
         return kind.model_validate_json(extract_json(text), strict=True)
     except NoJsonError as error:

@@ -28,6 +28,14 @@ class Dialect(Enum):
     PROSE = "prose"
 
 
+class ToolChoice(Enum):
+    """How strictly a function call is demanded."""
+
+    NAMED = "named"
+    REQUIRED = "required"
+    AUTO = "auto"
+
+
 OPENAI_ORDER = (Dialect.STRICT_TOOL, Dialect.TOOL, Dialect.JSON_SCHEMA, Dialect.PROSE)
 OTHERS_ORDER = (Dialect.JSON_SCHEMA, Dialect.TOOL, Dialect.PROSE)
 """Order for other servers.
@@ -92,6 +100,10 @@ _OPTIONS: dict[str, Any] = {
 }
 
 
+STEP_UP_AFTER = 20
+"""Number of answers after which a format that was answered with prose is tried again. It doubles each time. Ours."""
+
+
 @dataclass
 class ServerCapabilities:
     """Features that requests use now. Each feature is dropped at most once, so the number of retries is bounded."""
@@ -107,22 +119,43 @@ class ServerCapabilities:
     most_tokens: int = MOST_TOKENS
     strict_subset: bool = False
     """True if a schema must stay within the subset of OpenAI's strict mode."""
+    tool_choice: ToolChoice = ToolChoice.NAMED
+    limits: bool = True
+    """True if a schema may limit numbers and lengths."""
+    system: bool = True
+    """True if there may be a system turn."""
     notes: list[str] = field(default_factory=list)
     """Dropped features with the reason, for the user."""
     _renamed: bool = False
+    _unheeded: tuple[Dialect, ...] = ()
+    """Dialects that the server accepted and answered with prose."""
+    _patience: int = STEP_UP_AFTER
+    _answers: int = 0
 
     @property
     def dialect(self) -> Dialect:
         """The dialect in use."""
         return self.dialects[0]
 
-    def step_down(self, why: str) -> bool:
-        """Switch to the next dialect; False if there is none."""
+    def step_down(self, why: str, *, refused: bool = True) -> bool:
+        """Switch to the next dialect; False if there is none. A dialect that was not refused is tried again later."""
         if len(self.dialects) == 1:
             return False
         self._note(f"uses {self.dialects[1].value} instead of {self.dialects[0].value}", why)
-        self.dialects = self.dialects[1:]
+        self._unheeded = () if refused else (*self._unheeded, self.dialects[0])
+        self.dialects, self._answers = self.dialects[1:], 0
         return True
+
+    def answered(self) -> None:
+        """Count an answer in the requested form. After enough of them, try the dialects that got prose again."""
+        self._answers += 1
+        if self._unheeded and self._answers >= self._patience:
+            self.dialects, self._unheeded = (*self._unheeded, *self.dialects), ()
+            self._answers, self._patience = 0, 2 * self._patience
+
+    def omit_picture(self, why: str) -> None:
+        """Note that one picture was refused, which is omitted from one query only."""
+        self._note("omits one picture", why)
 
     def learn(self, message: str, parameter: str | None, request: dict[str, Any]) -> bool:
         """Drop the features that a rejection names. True if the request had one of them, so that a retry makes sense.
@@ -132,37 +165,82 @@ class ServerCapabilities:
             parameter: The field that the server names, if any.
             request: The rejected request.
         """
-        if self.pictures and _has_picture(request) and _rejects_pictures(message):
+        if self.pictures and _has_picture(request) and rejects_pictures(message):
             self.pictures = False
             self._note("omits pictures", message)
             return True
+        if self.system and re.search(
+            r"(?i)system.{0,40}(?:not supported|unsupported|not allowed)|roles must alter", message
+        ):
+            self.system = False
+            self._note("gets the system's text in the user's turn", message)
+            return True
         names = [parameter, *re.findall(r"[a-z_]+", message.lower())]
         for name in names:
-            if name in request and name in _PARAMETERS and self._give_up(str(name)):
-                self._note(f"omits {name}", message)
+            if name in request and name in _PARAMETERS and self._give_up(str(name), message):
                 return True
+        if self._has_schema(request) and self.limits and _SCHEMA_TOO_HARD.search(message):
+            self.limits = False
+            self._note("omits limits in the schema", message)
+            return True
         return any(word in message.lower() for word in _OF_DIALECTS) and self.step_down(message)
 
-    def _give_up(self, name: str) -> bool:
+    def _has_schema(self, request: dict[str, Any]) -> bool:
+        return "tools" in request or "response_format" in request
+
+    def _give_up(self, name: str, message: str) -> bool:
+        what = f"omits {name}"
         if name == "temperature":
             self.temperature = False
         elif name == "reasoning_effort":
             self.effort = None
         elif name == "parallel_tool_calls":
             self.parallel = False
+        elif name == "tool_choice":
+            if self.tool_choice is ToolChoice.AUTO:
+                return False
+            self.tool_choice = ToolChoice.REQUIRED if self.tool_choice is ToolChoice.NAMED else ToolChoice.AUTO
+            what = f"uses tool_choice {self.tool_choice.value}"
+        elif (most := _most_tokens(message)) is not None and most < self.most_tokens:
+            self.most_tokens = most
+            what = f"limits an answer to {most} tokens"
         elif self._renamed:
             return False
         else:
             self._renamed = True
             self.token_field = "max_completion_tokens" if name == "max_tokens" else "max_tokens"
+        self._note(what, message)
         return True
 
     def _note(self, what: str, why: str) -> None:
-        self.notes.append(f"{what}: {why[:160]}")
+        if not any(note.startswith(f"{what}:") for note in self.notes):
+            self.notes.append(f"{what}: {why[:160]}")
 
 
-_PARAMETERS = ("temperature", "max_tokens", "max_completion_tokens", "reasoning_effort", "parallel_tool_calls")
+_PARAMETERS = (
+    "temperature",
+    "max_tokens",
+    "max_completion_tokens",
+    "reasoning_effort",
+    "parallel_tool_calls",
+    "tool_choice",
+)
 _OF_DIALECTS = ("tool", "function", "strict", "schema", "response_format", "guided", "grammar", "json")
+_SCHEMA_TOO_HARD = re.compile(
+    r"too many states|too complex|complexity|m(?:ax|in)(?:Length|Items|imum)|exclusiveM(?:ax|in)imum"
+)
+_TOKEN_BOUND = re.compile(
+    r"(?i)(?:at most|maximum(?: value)?(?: of| is)?|less than or equal to|up to|<=|limit(?: of| is)?|\[1,)"
+    r"\s{0,3}(\d{2,7})"
+)
+LEAST_TOKENS = 700
+"""An answer with less room cannot be complete (tokens): that much a normal one takes."""
+
+
+def _most_tokens(message: str) -> int | None:
+    """Return the upper bound on the tokens of an answer that a message states, or None."""
+    found = _TOKEN_BOUND.search(message)
+    return int(found[1]) if found and int(found[1]) >= LEAST_TOKENS else None
 
 
 def capabilities_of(model: str, base_url: str | None, options: ModelOptions) -> ServerCapabilities:
@@ -200,10 +278,21 @@ def _has_picture(request: dict[str, Any]) -> bool:
     return any(isinstance(message.get("content"), list) for message in request["messages"])
 
 
-def _rejects_pictures(message: str) -> bool:
+def rejects_pictures(message: str) -> bool:
     """True if a message rejects images in general, not only an image that is too large."""
     text = message.lower()
-    if re.search(r"too (?:large|big)|exceed|dimension", text):
+    if re.search(r"too (?:large|big)|exceed|dimension", text) or rejects_one_picture(message):
         return False
     asks_for_text = "content" in text and "string" in text
     return asks_for_text or re.search(r"image|vision|multi-?modal|modalit|mmproj", text) is not None
+
+
+def rejects_one_picture(message: str) -> bool:
+    """True if a message rejects the image that was sent, not images in general."""
+    return _THIS_PICTURE.search(message) is not None
+
+
+_THIS_PICTURE = re.compile(
+    r"(?i)(?:could not|unable to|failed to|cannot) (?:process|decode|load|read|download|parse)\b.{0,30}image"
+    r"|(?:invalid|corrupt\w*|truncated|unsafe) image(?! type)|invalid_image|image.{0,40}(?:policy|safety|moderation)"
+)

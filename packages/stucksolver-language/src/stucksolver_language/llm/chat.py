@@ -13,11 +13,15 @@ from stucksolver.scene import CameraImage
 
 @dataclass(frozen=True)
 class ToolCall:
-    """A function call that the model requests. `arguments` is JSON as the model wrote it, unchecked."""
+    """A function call that the model requests. `arguments` is JSON as the model wrote it, unchecked.
+
+    `extra` is data of the provider that must come back with the call, such as a signature of the model's thoughts.
+    """
 
     id: str
     name: str
     arguments: str
+    extra: dict[str, Any] = field(default_factory=dict, hash=False)
 
 
 @dataclass(frozen=True)
@@ -72,7 +76,8 @@ class Finish(str, Enum):
 class ChatReply:
     """Reply with text, calls, or both. `usage` is None if the server does not count tokens.
 
-    `saw` is False if no image was sent because the server accepts none.
+    `saw` is False if no image was sent because the server accepts none. `thoughts` are those that the server separates
+    from the text. `raw` is the response as it came, without keys, for the record.
     """
 
     text: str
@@ -81,6 +86,8 @@ class ChatReply:
     model: str
     finish: Finish = Finish.UNTOLD
     saw: bool = True
+    thoughts: str = ""
+    raw: str = ""
 
 
 class ChatModel(Protocol):
@@ -129,6 +136,9 @@ class TransientKind(Enum):
 class TransientReasonerError(ReasonerError):
     """The failure may be temporary. `after_s` is the time to wait that the server reported (s), or None."""
 
+    raw: str = ""
+    """The response as it came, without keys, for the record; empty without one."""
+
     def __init__(self, text: str, trouble: TransientKind = TransientKind.BUSY, after_s: float | None = None) -> None:
         super().__init__(text)
         self.trouble, self.after_s = trouble, after_s
@@ -139,6 +149,9 @@ class PermanentReasonerError(ReasonerError):
 
     `lasting`: other queries will fail too until a person acts. `paid`: the query was sent and costs money.
     """
+
+    raw: str = ""
+    """The response as it came, without keys, for the record; empty without one."""
 
     def __init__(self, text: str, *, lasting: bool = False, paid: bool = False) -> None:
         super().__init__(text)

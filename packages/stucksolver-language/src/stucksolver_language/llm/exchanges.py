@@ -61,11 +61,12 @@ class RecordingChat:
         try:
             reply = self.inner.chat(messages, tools, must_call, limit_s)
         except TransientReasonerError as error:
-            failure = {"error": TRANSIENT, "text": str(error), "trouble": error.trouble.value}
+            failure = {"error": TRANSIENT, "text": str(error), "trouble": error.trouble.value, "raw": error.raw}
             self._keep(messages, tools, must_call, failure)
             raise
         except PermanentReasonerError as error:
-            self._keep(messages, tools, must_call, {"error": PERMANENT, "text": str(error), "paid": error.paid})
+            stated: dict[str, Any] = {"error": PERMANENT, "text": str(error), "paid": error.paid, "raw": error.raw}
+            self._keep(messages, tools, must_call, stated)
             raise
         self._keep(messages, tools, must_call, {"reply": dataclasses.asdict(reply)})
         return reply
@@ -134,10 +135,15 @@ def request_form(messages: Sequence[Message], tools: Sequence[Tool], must_call: 
     turns = []
     for message in messages:
         turn: dict[str, Any] = {"role": message.role, "text": message.text, "call_id": message.call_id}
-        turn["calls"] = [dataclasses.asdict(call) for call in message.calls]
+        turn["calls"] = [_call_form(call) for call in message.calls]
         turn["image_sha256"] = image_digest(message)
         turns.append({key: value for key, value in turn.items() if value})
     return {"messages": turns, "tools": [dataclasses.asdict(tool) for tool in tools], "must_call": must_call}
+
+
+def _call_form(call: ToolCall) -> dict[str, Any]:
+    """Return a call as plain data. Data of the provider is omitted where there is none, as in older records."""
+    return {key: value for key, value in dataclasses.asdict(call).items() if value or key != "extra"}
 
 
 def request_key(request: dict[str, Any]) -> str:
@@ -183,4 +189,13 @@ def _reply(data: dict[str, Any]) -> ChatReply:
     usage = Usage(**data["usage"]) if data["usage"] else None
     calls = tuple(ToolCall(**call) for call in data["calls"])
     finish = Finish(data.get("finish", Finish.UNTOLD.value))
-    return ChatReply(data["text"], calls, usage, data["model"], finish, data.get("saw", True))
+    return ChatReply(
+        data["text"],
+        calls,
+        usage,
+        data["model"],
+        finish,
+        data.get("saw", True),
+        data.get("thoughts", ""),
+        data.get("raw", ""),
+    )

@@ -20,18 +20,22 @@ from stucksolver_language.llm.chat import (
     Message,
     PermanentReasonerError,
     Tool,
+    ToolCall,
     TransientKind,
     TransientReasonerError,
     Usage,
 )
-from stucksolver_language.llm.json_extraction import name_in
 from stucksolver_language.llm.preflight import preflight_model
 from stucksolver_language.llm.prompt import PROMPT_VERSION, messages
+from stucksolver_language.llm.reply_selection import chosen
 from stucksolver_language.llm.tool_schema import CHECK_PLAN, DECIDE, check_tool, decide_tool
 from stucksolver_language.llm.usage_budget import CHARACTERS_FOR_A_TOKEN, PRICES, UsageLimits, estimate
 
 FIRST_PAUSE_S = 0.25
 """Pause before the first retry (s). It doubles with each retry. Ours."""
+MOST_QUOTED = 4_000
+"""Longest part of thoughts that is sent back for repair (characters). Ours."""
+ONE_CALL = "Not considered: one call at a time."
 EPISODE_PAUSE_S = 60.0
 """Time without a query after which a new budget begins (s). Ours."""
 EPISODE_PROGRESS_M = 15.0
@@ -131,19 +135,18 @@ class LanguageModelReasoner:
     def _run_query(self, query: _Query) -> Decision:
         while True:
             reply = self._ask(query)
-            answer, asks = _chosen(reply)
+            answer, asks = chosen(reply)
             query.answers.append(answer)
             if asks and query.check is not None and query.checks_left > 0:
                 self._answer_check(query, reply, answer)
                 continue
             try:
-                if reply.finish is Finish.CUT_OFF:
-                    raise AnswerError(_cut_off(reply))
                 if asks:
                     raise AnswerError(f"call {DECIDE} now, with the whole answer")
                 return parse_answer(answer, query.scene)
             except AnswerError as error:
-                self._repair(query, reply, error)
+                cut_off = reply.finish is Finish.CUT_OFF
+                self._repair(query, reply, AnswerError(_cut_off(reply)) if cut_off else error)
 
     def _ask(self, query: _Query) -> ChatReply:
         """Run one exchange. Retry after a pause if the failure may be temporary and the deadline allows it."""
@@ -231,18 +234,6 @@ class LanguageModelReasoner:
             self.usage_limits.new_episode()
 
 
-def _chosen(reply: ChatReply) -> tuple[str, bool]:
-    """Return the text of the answer, and whether it queries the guard.
-
-    A call to an unknown function is parsed like any answer and fails.
-    """
-    for call in reply.calls:
-        if call.name in (DECIDE, CHECK_PLAN):
-            return call.arguments, call.name == CHECK_PLAN
-    text = reply.calls[0].arguments if reply.calls else reply.text
-    return text, not reply.calls and name_in(text) == CHECK_PLAN
-
-
 def _cut_off(reply: ChatReply) -> str:
     """Return why an answer was cut off. An answer without text was cut off while the model was still thinking."""
     count = f"{reply.usage.output_tokens} tokens" if reply.usage else "the token limit"
@@ -252,11 +243,23 @@ def _cut_off(reply: ChatReply) -> str:
 
 
 def _response_turns(reply: ChatReply, text: str) -> list[Message]:
-    """Return the reply and the response to it in the protocol's form, which answers each call, or else the text."""
-    reply_turn = Message("assistant", reply.text, calls=reply.calls)
-    if reply.calls:
-        return [reply_turn, *(Message("tool", text, call_id=call.id) for call in reply.calls)]
-    return [reply_turn, Message("user", text)]
+    """Return the reply and the response to it in the protocol's form, which answers each call, or else the text.
+
+    Servers reject a call that is not valid when it is sent back, so such a call is quoted as text.
+    """
+    if reply.calls and all(map(_is_valid, reply.calls)):
+        others = [Message("tool", ONE_CALL, call_id=call.id) for call in reply.calls[1:]]
+        first = Message("tool", text, call_id=reply.calls[0].id)
+        return [Message("assistant", reply.text, calls=reply.calls), first, *others]
+    said = reply.text or "\n".join(call.arguments for call in reply.calls) or reply.thoughts[:MOST_QUOTED]
+    return [Message("assistant", said or "(empty)"), Message("user", text)]
+
+
+def _is_valid(call: ToolCall) -> bool:
+    try:
+        return call.name in (DECIDE, CHECK_PLAN) and isinstance(json.loads(call.arguments), dict)
+    except (ValueError, RecursionError):
+        return False
 
 
 def _prompt_text(turns: list[Message], saw: bool) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 from urllib.parse import parse_qs, urlsplit, urlunsplit
 
@@ -17,10 +18,14 @@ from stucksolver_language.llm.api_keys import (
     credentials_for,
     origin_of,
 )
-from stucksolver_language.llm.capabilities import ModelOptions, capabilities_of, has_deployment
+from stucksolver_language.llm.capabilities import (
+    ModelOptions,
+    capabilities_of,
+    has_deployment,
+    rejects_one_picture,
+)
 from stucksolver_language.llm.chat import (
     ChatReply,
-    Finish,
     Message,
     PermanentReasonerError,
     Tool,
@@ -29,8 +34,18 @@ from stucksolver_language.llm.chat import (
     Usage,
 )
 from stucksolver_language.llm.event_loop import Cancelled, DeadlineError, Loop
-from stucksolver_language.llm.openai_format import reply_of, request_of
-from stucksolver_language.llm.sdk_errors import REFUSALS, is_context_overflow, parameter_of, server_message, translated
+from stucksolver_language.llm.openai_format import request_of
+from stucksolver_language.llm.reply_selection import answers, is_called
+from stucksolver_language.llm.response_body import MOST_RAW, failure_in, read_body, reply_of
+from stucksolver_language.llm.sdk_errors import (
+    REFUSALS,
+    ChatError,
+    error_for,
+    failure_from,
+    is_context_overflow,
+    translated,
+)
+from stucksolver_language.llm.server_failure import ServerFailure, one_line
 from stucksolver_language.llm.server_text import clean, clean_reply
 
 PRIVATE_HEADERS = ("authorization", "api-key", "cookie", "proxy-authorization")
@@ -189,33 +204,74 @@ class OpenAiChat:
         self, client: Any, messages: Sequence[Message], tools: Sequence[Tool], must_call: str | None
     ) -> ChatReply:
         """Run one exchange, and repeat it without the features that the server rejects."""
-        import openai
-
         spent: Usage | None = None
+        retried = False
         while True:
             request = request_of(self.model, messages, tools, must_call, self.takes)
-            try:
-                answer = await client.chat.completions.create(**request)
-                reply = clean_reply(reply_of(answer, self.model, self.takes.pictures, self._clean), self._secrets)
-            except openai.OpenAIError as error:
-                if not self._learns(error, request):
-                    keyed = self._credentials is not None and bool(self._credentials.headers)
-                    raise translated(error, self.server_name, self.model, keyed=keyed, clean=self._clean) from None
-                continue
-            except (ValueError, TypeError, AttributeError, LookupError) as error:
-                # The SDK returns a body that is not a completion unchanged, or fails on it with varying exceptions.
-                raise TransientReasonerError(
-                    f"the response of {self.server_name} is not a chat completion", TransientKind.BROKEN
-                ) from error
+            reply, failure = await self._answer(client, request)
             spent = reply.usage if spent is None or reply.usage is None else spent + reply.usage
-            if is_called(reply) or not self.takes.step_down(f"answered without a call: {reply.text[:60]!r}"):
-                return ChatReply(reply.text, reply.calls, spent, reply.model, reply.finish, reply.saw)
+            reply = replace(reply, usage=spent)
+            if failure is not None and not answers(reply):
+                if rejects_one_picture(failure.message) and any(m.image for m in messages):
+                    messages = [replace(m, image=None) for m in messages]
+                    self.takes.omit_picture(self._clean(failure.message))
+                elif not self._learns(failure, request):
+                    raise self._error_for(failure, reply.raw)
+            elif is_called(reply):
+                self.takes.answered()
+                return reply
+            elif not reply.text.strip() and not retried:
+                # An empty answer now and then says nothing about the server.
+                retried = True
+            elif not self.takes.step_down(f"answered without a call: {reply.text[:60]!r}", refused=False):
+                return reply
 
-    def _learns(self, error: Any, request: dict[str, Any]) -> bool:
-        message = server_message(error, self._clean)
-        if getattr(error, "status_code", None) not in REFUSALS or is_context_overflow(message):
+    async def _answer(self, client: Any, request: dict[str, Any]) -> tuple[ChatReply, ServerFailure | None]:
+        """Send a request. Return the reply, which is empty if there is none, and the failure that the server reports.
+
+        Raises:
+            TransientReasonerError: The connection failed, or the response is too long or no response of a chat.
+        """
+        import openai
+
+        nothing = ChatReply("", (), None, self.model, saw=self.takes.pictures)
+        try:
+            response = await client.chat.completions.with_raw_response.create(**request)
+            raw = response.http_response.content.decode("utf-8-sig", "replace")
+        except openai.APIStatusError as error:
+            if error.status_code < 400:
+                raise self._translated(error) from None
+            return replace(nothing, raw=self._clean(error.response.text[:MOST_RAW])), failure_from(error)
+        except openai.OpenAIError as error:
+            raise self._translated(error) from None
+        body = read_body(raw)
+        if body is None:
+            begins = one_line(self._clean(raw[:MOST_RAW]))[:160]
+            raise TransientReasonerError(
+                f"the response of {self.server_name} is not a chat completion. It begins: {begins!r}",
+                TransientKind.BROKEN,
+            )
+        return clean_reply(reply_of(body, raw, self.model, self.takes.pictures), self._secrets), failure_in(body, raw)
+
+    def _learns(self, failure: ServerFailure, request: dict[str, Any]) -> bool:
+        """Omit what a failure names, if it rejects a part of the request."""
+        message = self._clean(failure.message)
+        hard_schema = failure.status == 429 and "schema" in message.lower()
+        if failure.withheld or is_context_overflow(message) or not (failure.status in REFUSALS or hard_schema):
             return False
-        return self.takes.learn(message, parameter_of(error), request)
+        return self.takes.learn(message, failure.parameter, request)
+
+    def _translated(self, error: Any) -> ChatError:
+        return translated(error, self.server_name, self.model, keyed=self._keyed, clean=self._clean)
+
+    def _error_for(self, failure: ServerFailure, raw: str) -> ChatError:
+        error = error_for(failure, self.server_name, self.model, keyed=self._keyed, clean=self._clean)
+        error.raw = raw
+        return error
+
+    @property
+    def _keyed(self) -> bool:
+        return self._credentials is not None and bool(self._credentials.headers)
 
     async def _listed(self, client: Any) -> dict[str, Any]:
         """Return the model's entry, if possible. A server may have no such list, or one in another form."""
@@ -230,11 +286,6 @@ class OpenAiChat:
         # A server with one model, such as llama.cpp, serves it under any name.
         found: dict[str, Any] = named[0] if named else models[0] if len(models) == 1 else {}
         return found
-
-
-def is_called(reply: ChatReply) -> bool:
-    """True if the model answered in the requested form, or was cut off while thinking, before any answer."""
-    return bool(reply.calls) or "{" in reply.text or (reply.finish is Finish.CUT_OFF and not reply.text.strip())
 
 
 def check_url(url: str) -> None:

@@ -1,30 +1,22 @@
-"""Converts messages to OpenAI's chat completions format, and replies back."""
+"""Converts messages and tools to OpenAI's chat completions format."""
 
 from __future__ import annotations
 
 import base64
-import json
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
-from stucksolver_language.llm.capabilities import Dialect, ServerCapabilities
-from stucksolver_language.llm.chat import (
-    ChatReply,
-    Finish,
-    Message,
-    PermanentReasonerError,
-    Tool,
-    ToolCall,
-    TransientKind,
-    TransientReasonerError,
-    Usage,
-)
+from stucksolver_language.llm.capabilities import Dialect, ServerCapabilities, ToolChoice
+from stucksolver_language.llm.chat import Message, PermanentReasonerError, Tool, ToolCall
 from stucksolver_language.llm.prompt import FORM, prose_appendix
 
 LARGEST_IMAGE_BYTES = 5_000_000
 """Largest image in a request (bytes). Ours."""
 NOT_IN_STRICT_MODE = frozenset({"maxLength"})
-FINISHES = {"stop": Finish.WHOLE, "tool_calls": Finish.WHOLE, "function_call": Finish.WHOLE, "length": Finish.CUT_OFF}
+LIMITS = frozenset(
+    {"maxLength", "minLength", "maxItems", "minItems", "minimum", "maximum", "exclusiveMinimum", "exclusiveMaximum"}
+)
+"""Keywords of a schema that some servers reject or take very long to enforce. The parser checks the limits anyway."""
 
 
 def request_of(
@@ -53,13 +45,18 @@ def request_of(
         request["messages"][0]["content"] += FORM if final.name == "decide" else ""
     else:
         request["messages"][0]["content"] += prose_appendix(final)
+    if not takes.system:
+        request["messages"] = _without_system(request["messages"])
     return request
 
 
 def _ask_by_tool(request: dict[str, Any], tools: Sequence[Tool], name: str | None, takes: ServerCapabilities) -> None:
     strict = takes.dialect is Dialect.STRICT_TOOL
     request["tools"] = [_function(tool, strict, takes) for tool in tools]
-    request["tool_choice"] = "required" if name is None else {"type": "function", "function": {"name": name}}
+    if takes.tool_choice is not ToolChoice.NAMED:
+        request["tool_choice"] = takes.tool_choice.value
+    else:
+        request["tool_choice"] = "required" if name is None else {"type": "function", "function": {"name": name}}
     if strict and takes.parallel:
         request["parallel_tool_calls"] = False
 
@@ -70,12 +67,28 @@ def _function(tool: Tool, strict: bool, takes: ServerCapabilities) -> dict[str, 
 
 
 def _within(schema: Any, takes: ServerCapabilities) -> Any:
-    """Return a schema without the keywords that OpenAI's strict mode rejects."""
-    if not takes.strict_subset:
+    """Return a schema without the keywords that the server rejects."""
+    dropped = frozenset() if takes.limits else LIMITS
+    return _without(schema, dropped | (NOT_IN_STRICT_MODE if takes.strict_subset else frozenset()))
+
+
+def _without(schema: Any, keywords: frozenset[str]) -> Any:
+    if not keywords:
         return schema
     if isinstance(schema, dict):
-        return {key: _within(value, takes) for key, value in schema.items() if key not in NOT_IN_STRICT_MODE}
-    return [_within(value, takes) for value in schema] if isinstance(schema, list) else schema
+        return {key: _without(value, keywords) for key, value in schema.items() if key not in keywords}
+    return [_without(value, keywords) for value in schema] if isinstance(schema, list) else schema
+
+
+def _without_system(turns: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Return the turns with the system's text at the beginning of the first user's turn."""
+    system, first, *others = turns
+    content = first["content"]
+    if isinstance(content, str):
+        content = f"{system['content']}\n\n{content}"
+    else:
+        content = [{"type": "text", "text": system["content"]}, *content]
+    return [{**first, "content": content}, *others]
 
 
 def _turn(message: Message, pictures: bool) -> dict[str, Any]:
@@ -83,10 +96,7 @@ def _turn(message: Message, pictures: bool) -> dict[str, Any]:
         return {"role": "tool", "tool_call_id": message.call_id, "content": message.text}
     turn: dict[str, Any] = {"role": message.role, "content": message.text}
     if message.calls:
-        turn["tool_calls"] = [
-            {"id": c.id, "type": "function", "function": {"name": c.name, "arguments": c.arguments}}
-            for c in message.calls
-        ]
+        turn["tool_calls"] = [_call(call) for call in message.calls]
     if message.image is not None and pictures:
         jpeg = message.image.jpeg
         if len(jpeg) > LARGEST_IMAGE_BYTES:
@@ -101,46 +111,6 @@ def _turn(message: Message, pictures: bool) -> dict[str, Any]:
     return turn
 
 
-def reply_of(answer: Any, asked: str, saw: bool, clean: Callable[[str], str] = str) -> ChatReply:
-    """Convert an SDK object to a reply.
-
-    Fields that a server omits count as absent. `clean` makes its text safe to display.
-
-    Raises:
-        TransientReasonerError: The answer has no choice.
-        PermanentReasonerError: A content filter withheld the answer, or the model declines.
-    """
-    choices = getattr(answer, "choices", None)
-    if not choices:
-        raise TransientReasonerError("the server's answer has no choice", TransientKind.BROKEN)
-    message = choices[0].message
-    refusal = getattr(message, "refusal", None)
-    if refusal:
-        raise PermanentReasonerError(f"the model declines to answer: {clean(str(refusal))[:200]}")
-    finish = getattr(choices[0], "finish_reason", None)
-    if finish == "content_filter":
-        raise PermanentReasonerError("the provider's content filter withheld the answer")
-    calls = tuple(
-        ToolCall(str(c.id), str(c.function.name), _text(c.function.arguments))
-        for c in (message.tool_calls or ())
-        if getattr(c, "function", None) is not None
-    )
-    usage = _usage(getattr(answer, "usage", None))
-    return ChatReply(
-        _text(message.content), calls, usage, str(answer.model or asked), FINISHES.get(str(finish), Finish.UNTOLD), saw
-    )
-
-
-def _text(value: Any) -> str:
-    """Return a text. Some servers return arguments as an object instead."""
-    if value is None:
-        return ""
-    return value if isinstance(value, str) else json.dumps(value)
-
-
-def _usage(usage: Any) -> Usage | None:
-    if usage is None or not isinstance(getattr(usage, "prompt_tokens", None), int):
-        return None
-    details = getattr(usage, "prompt_tokens_details", None)
-    cached = getattr(details, "cached_tokens", None) or 0
-    return Usage(usage.prompt_tokens, usage.completion_tokens or 0, cached)
+def _call(call: ToolCall) -> dict[str, Any]:
+    function = {"name": call.name, "arguments": call.arguments}
+    return {"id": call.id, "type": "function", "function": function, **call.extra}

@@ -11,7 +11,7 @@ from typing import Any
 
 from stucksolver.privacy.url_redaction import HIDDEN, redacted
 from stucksolver_language.llm.api_keys import secrets_here
-from stucksolver_language.llm.chat import ChatReply
+from stucksolver_language.llm.chat import ChatReply, ToolCall
 
 SEQUENCE = re.compile(
     r"(?:\x1b\[|\x9b)[0-?]*[ -/]*[@-~]|(?:\x1b[\]PX^_]|[\x90\x98\x9d-\x9f])[^\x07\x1b\x9c]*(?:\x07|\x1b\\|\x9c)?|\x1b."
@@ -45,13 +45,21 @@ def clean_reply(reply: ChatReply, secrets: Iterable[str] = ()) -> ChatReply:
     """Return a reply with every text cleaned, also in JSON that writes characters as escape sequences."""
     known = tuple(secrets)
     calls = tuple(
-        replace(c, id=clean(c.id, known), name=clean(c.name, known), arguments=_clean_json(c.arguments, known))
+        ToolCall(clean(c.id, known), clean(c.name, known), clean_json(c.arguments, known), _clean_value(c.extra, known))
         for c in reply.calls
     )
-    return replace(reply, text=_clean_json(reply.text, known), calls=calls, model=clean(reply.model, known))
+    return replace(
+        reply,
+        text=clean_json(reply.text, known),
+        calls=calls,
+        model=clean(reply.model, known),
+        thoughts=clean_json(reply.thoughts, known),
+        raw=clean_json(reply.raw, known),
+    )
 
 
-def _clean_json(text: str, secrets: tuple[str, ...]) -> str:
+def clean_json(text: str, secrets: tuple[str, ...]) -> str:
+    """Return a text cleaned, also where it is JSON that writes characters as escape sequences."""
     try:
         value = json.loads(text)
         cleaned = _clean_value(value, secrets)

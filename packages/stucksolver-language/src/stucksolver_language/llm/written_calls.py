@@ -1,0 +1,129 @@
+"""Finds function calls that a model wrote into its text as tags or in Python's notation.
+
+Models and servers differ in the names of the tags, not in their structure: an element for the function, and in it an
+element for each argument. So the search goes by structure:
+
+```text
+<function=decide><parameter=decision>{…}</parameter></function>
+<invoke name="decide"><parameter name="decision">{…}</parameter></invoke>
+<tool_call>decide <arg_key>decision</arg_key><arg_value>{…}</arg_value></tool_call>
+<decide><decision>{…}</decision></decide>
+[decide(decision={…})]
+```
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+from stucksolver_language.llm.lenient_json import NoValueError, read_keywords, whole_value
+
+PARTS = ("observation", "analysis", "decision", "behaviors", "ready")
+"""Arguments of our functions."""
+MOST_PARTS = 64
+"""Maximum number of arguments that are read from one text. Ours."""
+
+_TAG = re.compile(
+    r"<(?P<close>/)?(?P<name>[^\s<>/=]{1,60})(?:=(?P<value>[^\s<>]{1,80})|(?P<more>\s[^<>]{1,200}))?\s{0,20}>"
+)
+_NAME = re.compile(r"""\bname\s{0,5}=\s{0,5}["']?([\w.\-]{1,80})""")
+_BARE_NAME = re.compile(r"\s{0,20}([\w.\-]{1,80})\s{0,20}(?=<)")
+_PYTHON = re.compile(rf"(?P<name>[\w.]{{1,80}})\s{{0,5}}\((?=\s{{0,20}}(?:{'|'.join(PARTS)})\s{{0,5}}=[^=])")
+_ARGUMENT = frozenset({"parameter", "param", "arg", "argument"})
+_FUNCTION = frozenset({"function", "invoke", "tool"})
+
+
+@dataclass
+class WrittenCall:
+    """A call with its arguments. `name` is None if the text does not say which function is called."""
+
+    name: str | None
+    arguments: dict[str, Any] = field(default_factory=dict)
+
+
+def tagged_calls(text: str) -> list[WrittenCall]:
+    """Return the calls that a text writes with tags."""
+    calls: list[WrittenCall] = []
+    for key, value in _tagged_parts(text):
+        if value is None:
+            calls.append(WrittenCall(plain_name(key)))
+        else:
+            if not calls or key in calls[-1].arguments:
+                calls.append(WrittenCall(calls[-1].name if calls else None))
+            calls[-1].arguments[key] = _value_of(value)
+    return [call for call in calls if call.arguments]
+
+
+def python_calls(text: str) -> list[WrittenCall]:
+    """Return the calls that a text writes in Python's notation, with literals as keyword arguments."""
+    calls: list[WrittenCall] = []
+    at = 0
+    while (found := _PYTHON.search(text, at)) is not None and len(calls) < MOST_PARTS:
+        call, at = _python_call(text, found)
+        calls += [] if call is None else [call]
+    return calls
+
+
+def _python_call(text: str, found: re.Match[str]) -> tuple[WrittenCall | None, int]:
+    """Return a call and the position after it; None if its arguments are not literals."""
+    try:
+        arguments, end = read_keywords(text, found.end())
+    except NoValueError as error:
+        # What was read up to here is prose.
+        return None, max(error.position, found.end())
+    return WrittenCall(plain_name(found["name"]), arguments), end
+
+
+def plain_name(name: str) -> str:
+    """Return a function's name without a module, a number or a special token, as in `functions.decide:0`."""
+    found = re.match(r"(?:\w{1,80}\.)*(\w{1,80})", name.strip())
+    return found[1] if found else ""
+
+
+def _tagged_parts(text: str) -> Iterator[tuple[str, str | None]]:
+    """Yield each argument with its text, and each function's name with None, in the order of the text."""
+    at, key, count = 0, None, 0
+    while (tag := _TAG.search(text, at)) is not None and count < MOST_PARTS:
+        at = tag.end()
+        if tag["close"]:
+            continue
+        element = re.split(r"[:｜|]", tag["name"].strip("|｜"))[-1].lower()
+        named = tag["value"] or _attribute(tag["more"])
+        if element in _FUNCTION and named:
+            yield named.strip("\"'"), None
+        elif element == "tool_call" and (bare := _BARE_NAME.match(text, at)):
+            yield bare[1], None
+        elif element == "arg_key":
+            key, at = _content(text, tag)
+        elif (element in _ARGUMENT and named) or (element == "arg_value" and key) or element in PARTS:
+            count += 1
+            content, at = _content(text, tag)
+            yield (named or key or "").strip("\"' ") if element not in PARTS else element, content
+
+
+def _attribute(more: str | None) -> str | None:
+    found = _NAME.search(more or "")
+    return found[1] if found else None
+
+
+def _content(text: str, tag: re.Match[str]) -> tuple[str, int]:
+    """Return the text of an element and the position after it. An element that is not closed ends before the next."""
+    closing = f"</{tag['name']}>"
+    end = text.find(closing, tag.end())
+    following = re.compile(rf"<(?:{re.escape(tag['name'])}[=\s]|/(?:function|invoke|tool_call)>)").search(
+        text, tag.end(), end if end >= 0 else len(text)
+    )
+    if following is not None:
+        return text[tag.end() : following.start()], following.start()
+    return (text[tag.end() :], len(text)) if end < 0 else (text[tag.end() : end], end + len(closing))
+
+
+def _value_of(text: str) -> Any:
+    try:
+        return whole_value(text)
+    except NoValueError:
+        # An argument that is no value of any notation is a text.
+        return text.strip()
