@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from functools import lru_cache
 from typing import Any
 
 from stucksolver_language.llm.lenient_json import DEEPEST, NoValueError, objects_in, whole_value
@@ -53,7 +54,7 @@ def extract_call(text: str) -> WrittenCall:
         NoJsonError: There is no object, or there are several different ones.
     """
     calls = find_calls(text)
-    decisions = [call for call in calls if not asks_guard(call)]
+    decisions = tuple(call for call in calls if not asks_guard(call))
     calls = decisions or calls
     if not calls:
         raise NoJsonError("the answer holds no JSON object")
@@ -62,10 +63,11 @@ def extract_call(text: str) -> WrittenCall:
     return calls[0]
 
 
-def find_calls(text: str) -> list[WrittenCall]:
+@lru_cache(maxsize=16)
+def find_calls(text: str) -> tuple[WrittenCall, ...]:
     """Return the different calls in a text; if there are none, the different objects.
 
-    The answer counts before the thoughts.
+    The answer counts before the thoughts. The same reply is searched several times, so the result is kept.
 
     Raises:
         NoJsonError: The text is too long, or a call is nested too deep.
@@ -81,8 +83,8 @@ def find_calls(text: str) -> list[WrittenCall]:
     for calls in found:
         answers = [call for call in calls if call.arguments.keys() & OF_AN_ANSWER]
         if answers:
-            return _different(answers)
-    return _different([call for calls in found for call in calls])
+            return tuple(_different(answers))
+    return tuple(_different([call for calls in found for call in calls]))
 
 
 def holds_answer(text: str) -> bool:

@@ -15,6 +15,8 @@ DEEPEST = 32
 """Deepest nesting of a value. Ours: an answer has seven levels."""
 MOST_READ = 400_000
 """Characters that a search for objects reads at most, including those read more than once. Ours."""
+TOO_DEEP_READ = 8_000
+"""Characters that count as read where the strict decoder ends at the interpreter's recursion limit. Ours."""
 LONGEST_NUMBER = 40
 WORDS = {"true": True, "false": False, "null": None, "True": True, "False": False, "None": None}
 MARKS = ('<|"|>', "<escape>")
@@ -45,10 +47,19 @@ def read_value(text: str, at: int) -> tuple[Any, int]:
     try:
         value: tuple[Any, int] = _DECODER.raw_decode(text, at)
         return value
-    except (ValueError, RecursionError):
+    except RecursionError as error:
+        raise NoValueError(at + TOO_DEEP_READ) from error
+    except ValueError as error:
         # It may still be one of the other notations.
-        reader = _Reader(text, at)
+        return _read_leniently(text, at, getattr(error, "pos", at))
+
+
+def _read_leniently(text: str, at: int, already: int) -> tuple[Any, int]:
+    reader = _Reader(text, at)
+    try:
         return reader.value(0), reader.at
+    except NoValueError as error:
+        raise NoValueError(max(error.position, already)) from error
 
 
 def read_keywords(text: str, at: int) -> tuple[dict[str, Any], int]:

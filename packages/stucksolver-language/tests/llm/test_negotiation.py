@@ -1,0 +1,214 @@
+"""What a server refuses is omitted from then on, once, with one note; what can pass is waited for."""
+
+from __future__ import annotations
+
+import json
+from datetime import datetime, timedelta, timezone
+from email.utils import format_datetime
+from importlib.util import find_spec
+
+import pytest
+from answer_forms import CHECK, OTHER, SCENE, T, bytes_of, called, chat, reasoner_at, tools
+from chat_server import Fault, picture_of
+
+from stucksolver.reasoners import ReasonerError, ReasonerRequest
+from stucksolver.scene import CameraImage
+from stucksolver_language.llm.capabilities import STEP_UP_AFTER, Dialect
+from stucksolver_language.llm.server_failure import failure_of
+
+if find_spec("openai") is None:  # importing it takes as long as collecting five hundred tests
+    pytest.skip("the openai package is not installed: add the extra [llm] (README, Install)", allow_module_level=True)
+
+SEEN = SCENE.model_copy(update={"image": CameraImage(width=8, height=8, jpeg=b"/9j/AAAA")})
+
+
+def refusal(message, status=400):
+    """A refusal as servers state it: with its status, or inside a response of status 200, as proxies do."""
+    return Fault(status=status, body=json.dumps({"error": {"message": message, "code": 400}}).encode())
+
+
+def in_a_list(message):
+    """A refusal as Gemini states it."""
+    error = {"code": 400, "message": message, "status": "INVALID_ARGUMENT"}
+    return Fault(status=400, body=json.dumps([{"error": error}]).encode())
+
+
+def inside(message):
+    return refusal(message, 200)
+
+
+@pytest.mark.parametrize("stated", [refusal, in_a_list, inside])
+@pytest.mark.parametrize(
+    ("said", "options", "note", "changed"),
+    [
+        ("`temperature` is deprecated for this model", "", "omits temperature", lambda r: "temperature" not in r),
+        (
+            "Unsupported parameter: 'max_tokens'. Use 'max_completion_tokens' instead.",
+            "",
+            "omits max_tokens",
+            lambda r: "max_tokens" not in r and r["max_completion_tokens"] == 1900,
+        ),
+        (
+            "max_tokens is too large: 1900. This model supports at most 1024 completion tokens",
+            "",
+            "limits an answer to 1024 tokens",
+            lambda r: r["max_tokens"] == 1024,
+        ),
+        (
+            "deepseek-reasoner does not support this tool_choice",
+            "#call=tool",
+            "uses tool_choice required",
+            lambda r: r["tool_choice"] == "required",
+        ),
+        (
+            "The specified schema produces a constraint that has too many states for serving",
+            "",
+            "omits limits in the schema",
+            lambda r: "maxLength" not in json.dumps(r) and "response_format" in r,
+        ),
+        (
+            "For 'array' type, property 'maxItems' is not supported",
+            "",
+            "omits limits in the schema",
+            lambda r: "maxItems" not in json.dumps(r) and "response_format" in r,
+        ),
+        (
+            "This response_format type is unavailable now",
+            "",
+            "uses tool instead of schema",
+            lambda r: "tools" in r and "response_format" not in r,
+        ),
+        (
+            "System role not supported",
+            "",
+            "gets the system's text in the user's turn",
+            lambda r: [m["role"] for m in r["messages"]] == ["user"] and "You never steer" in json.dumps(r["messages"]),
+        ),
+    ],
+)
+def test_refusal_changes_the_request_for_good(server, stated, said, options, note, changed):
+    """The next request of the same query differs, later queries keep the change, and there is one note."""
+    server.faults.append(stated(said))
+    reasoner = reasoner_at(server, options)
+    for _ in range(2):
+        reasoner.decide(ReasonerRequest(SCENE))
+    assert len(server.requests) == 3
+    assert not changed(server.requests[0]) and changed(server.requests[1]) and changed(server.requests[2])
+    notes = reasoner.model.takes.notes
+    assert len(notes) == 1 and notes[0].startswith(note) and said[:40] in notes[0]
+
+
+def test_system_text_joins_a_picture(server):
+    server.faults.append(refusal("System role not supported"))
+    reasoner_at(server).decide(ReasonerRequest(SEEN))
+    assert [part["type"] for part in server.requests[1]["messages"][0]["content"]] == ["text", "text", "image_url"]
+
+
+def test_tool_choice_is_weakened_step_by_step(server):
+    server.faults.extend([refusal("tool_choice: only 'auto' is supported")] * 2)
+    reasoner_at(server, "#call=tool").decide(ReasonerRequest(SCENE))
+    named, *weaker = [request["tool_choice"] for request in server.requests]
+    assert named["function"]["name"] == "decide" and weaker == ["required", "auto"]
+
+
+def test_schema_refused_as_a_rate_limit_is_understood(server):
+    server.faults.append(Fault(status=429, error={"message": "response_format: schema is too complex"}))
+    assert reasoner_at(server).decide(ReasonerRequest(SCENE)).decision.plan is not None
+    assert "maxLength" not in json.dumps(server.requests[1])
+
+
+@pytest.mark.parametrize("said", ["Could not process image", "invalid_image_format", "failed to decode the image"])
+def test_one_refused_picture_is_the_only_one_omitted(server, said):
+    server.faults.append(refusal(said))
+    reasoner = reasoner_at(server)
+    for _ in range(2):
+        reasoner.decide(ReasonerRequest(SEEN))
+    assert [picture_of(request) for request in server.requests] == [True, False, True]
+    assert len(reasoner.model.takes.notes) == 1
+
+
+# ---- answers that now and then fail
+
+
+def test_empty_answer_is_requested_again_in_the_same_format(server):
+    server.faults.append(Fault(body=bytes_of(chat(""))))
+    reasoner = reasoner_at(server)
+    assert reasoner.decide(ReasonerRequest(SCENE)).decision.plan is not None
+    assert len(server.requests) == 2 and reasoner.model.takes.notes == []
+    assert server.requests[0]["response_format"] == server.requests[1]["response_format"]
+
+
+def test_format_that_got_prose_is_tried_again_after_many_answers(server):
+    server.faults.append(Fault(body=bytes_of(chat("I would wait."))))
+    reasoner = reasoner_at(server)
+    for _ in range(STEP_UP_AFTER):
+        reasoner.decide(ReasonerRequest(SCENE))
+        reasoner.usage_limits.new_episode()
+    assert all("tools" in request for request in server.requests[1:])
+    reasoner.decide(ReasonerRequest(SCENE))
+    assert "response_format" in server.requests[-1] and reasoner.model.takes.dialect is Dialect.JSON_SCHEMA
+
+
+def test_format_that_was_refused_is_not_tried_again(server):
+    server.faults.append(refusal("response_format is not supported"))
+    reasoner = reasoner_at(server)
+    for _ in range(STEP_UP_AFTER + 2):
+        reasoner.decide(ReasonerRequest(SCENE))
+        reasoner.usage_limits.new_episode()
+    assert all("tools" in request for request in server.requests[1:])
+
+
+# ---- the time to wait
+
+
+@pytest.mark.parametrize(
+    ("headers", "body", "wait_s"),
+    [
+        ({"retry-after-ms": "1500"}, {}, 1.5),
+        ({"retry-after": "2"}, {}, 2.0),
+        ({"retry-after": format_datetime(datetime.now(timezone.utc) + timedelta(hours=1))}, {}, 3600.0),
+        ({}, [{"error": {"details": [{"@type": "google.rpc.RetryInfo", "retryDelay": "34.5s"}]}}], 34.5),
+        ({}, {"error": {"message": "Please try again in 20s."}}, 20.0),
+        ({}, {"error": {"message": "Please retry in 250ms."}}, 0.25),
+        ({"retry-after": "soon"}, {}, None),
+        ({"retry-after": "nan"}, {}, None),
+        ({}, {"error": {"message": "busy"}}, None),
+    ],
+)
+def test_time_to_wait_is_read_wherever_it_stands(headers, body, wait_s):
+    after_s = failure_of(body, 429, "busy", headers).after_s
+    assert after_s is None if wait_s is None else after_s == pytest.approx(wait_s, abs=60.0 if wait_s > 60 else 0)
+
+
+def test_server_is_not_asked_sooner_than_it_states(server):
+    server.faults.append(Fault(status=429, headers={"retry-after-ms": "60000"}, error={"message": "slow down"}))
+    with pytest.raises(ReasonerError, match="slow down"):
+        reasoner_at(server, deadline_s=5.0).decide(ReasonerRequest(SCENE))
+    assert len(server.requests) == 1
+
+
+# ---- what goes back to the server
+
+
+def test_signature_of_thoughts_comes_back_with_its_call(server):
+    signed = {"google": {"thought_signature": "AY89=="}}
+    server.faults.append(Fault(body=bytes_of(tools(called(CHECK, "check_plan", extra_content=signed)))))
+    reasoner_at(server, "#call=tool").decide(ReasonerRequest(SCENE, check=lambda plan: "accepted"))
+    (call,) = server.requests[1]["messages"][2]["tool_calls"]
+    assert call["extra_content"] == signed
+
+
+@pytest.mark.parametrize("broken", ["{oops", '{"a": 1', "nice", '"text"', "[1]"])
+def test_broken_call_is_quoted_as_text_for_repair(server, broken):
+    """A call whose arguments are no JSON object is not sent back as a call, which servers reject."""
+    server.faults.append(Fault(body=bytes_of(tools(called(broken)))))
+    assert reasoner_at(server, "#call=tool").decide(ReasonerRequest(SCENE)).decision.plan is not None
+    answer, response = server.requests[1]["messages"][2:]
+    assert "tool_calls" not in answer and broken in answer["content"] and response["role"] == "user"
+
+
+def test_different_calls_are_answered_one_by_one(server):
+    server.faults.append(Fault(body=bytes_of(tools(called(T), called(OTHER, id="c2")))))
+    reasoner_at(server, "#call=tool").decide(ReasonerRequest(SCENE))
+    responses = [m for m in server.requests[1]["messages"] if m["role"] == "tool"]
+    assert [m["tool_call_id"] for m in responses] == ["c1", "c2"]
