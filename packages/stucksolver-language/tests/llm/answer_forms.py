@@ -73,6 +73,17 @@ def gemma(value, mark):
 
 
 QUOTE = '<|"|>'
+
+
+def elements(value, mark=""):
+    """A value as an element for each field and each item."""
+    if isinstance(value, dict):
+        return "".join(f"{mark}<{key}>{elements(item, mark)}{mark}</{key}>" for key, item in value.items())
+    if isinstance(value, list):
+        return "".join(f"{mark}<item>{elements(item, mark)}{mark}</item>" for item in value)
+    return value if isinstance(value, str) else json.dumps(value)
+
+
 KEYWORDS = ", ".join(f"{key}={value!r}" for key, value in GOOD.items())
 JSON_KEYWORDS = ", ".join(f"{key}={json.dumps(value)}" for key, value in GOOD.items())
 ENCODED = {key: json.dumps(value) for key, value in GOOD.items()}
@@ -200,6 +211,37 @@ READ = {
         + each('<steptml:parameter name="{key}">{value}</steptml:parameter>', "")
         + "</steptml:invoke><｜tool_call_end｜><｜tool_calls_end｜>"
     ),
+    "DSML (DeepSeek V4)": chat(
+        '<think>\nhm\n</think>\n<|DSML|tool_calls>\n<|DSML|invoke name="decide">\n'
+        + each('<|DSML|parameter name="{key}" string="false">{value}</|DSML|parameter>')
+        + "\n</|DSML|invoke>\n</|DSML|tool_calls>"
+    ),
+    "DSML with spaces (DeepSeek V4.1)": chat(
+        '<｜DSML｜ calls>\n<｜DSML｜ invoke name="decide">\n'
+        + each('<｜DSML｜ parameter name="{key}" string="false">{value}</｜DSML｜ parameter>')
+        + "\n</｜DSML｜ invoke>\n</｜DSML｜ calls>"
+    ),
+    "arg_key with a suffix (Hunyuan 4)": chat(
+        "<tool_calls:61c7><tool_call:61c7>decide"
+        + each("<arg_key:61c7>{key}</arg_key:61c7><arg_value:61c7>{value}</arg_value:61c7>", "")
+        + "</tool_call:61c7></tool_calls:61c7>"
+    ),
+    "elements between marks (MiniMax M3)": chat(
+        f']<]minimax[>[<tool_call>\n]<]minimax[>[<invoke name="decide">{elements(GOOD, "]<]minimax[>[")}'
+        "]<]minimax[>[</invoke>\n]<]minimax[>[</tool_call>"
+    ),
+    "open and close (Kimi K3)": chat(
+        f"<|open|>think<|sep|>{OTHER}<|close|>think<|sep|><|open|>tools<|sep|>"
+        '<|open|>call tool="decide" index="0"<|sep|>'
+        + each('<|open|>argument key="{key}" type="object"<|sep|>{value}<|close|>argument<|sep|>', "")
+        + "<|close|>call<|sep|><|close|>tools<|sep|>"
+    ),
+    "blocks (Inkling)": chat(
+        f"<|message_model|><|content_thinking|>{OTHER}<|end_message|><|message_model|><|content_invoke_tool_json|>"
+        + json.dumps({"name": "decide", "args": GOOD})
+        + "<|end_message|>"
+    ),
+    "an element for each field": chat(f"<decide>{elements(GOOD)}</decide>"),
     "an element for each argument": chat("<decide>\n" + each("<{key}>{value}</{key}>") + "\n</decide>"),
     # calls in Python's notation
     "pythonic (Llama 3.2)": chat(f"[decide({KEYWORDS})]"),

@@ -10,7 +10,13 @@ from typing import Any
 from stucksolver_language.llm.lenient_json import DEEPEST, NoValueError, objects_in, whole_value
 from stucksolver_language.llm.thoughts import split_thoughts
 from stucksolver_language.llm.tool_schema import CHECK_PLAN, DECIDE
-from stucksolver_language.llm.written_calls import WrittenCall, plain_name, python_calls, tagged_calls
+from stucksolver_language.llm.written_calls import (
+    WrittenCall,
+    plain_name,
+    python_calls,
+    tagged_calls,
+    with_usual_tags,
+)
 
 MOST_CHARACTERS = 40_000
 """Longest answer that is read (characters), without thoughts. Ours: about 25 times a normal answer."""
@@ -75,7 +81,7 @@ def find_calls(text: str) -> tuple[WrittenCall, ...]:
     if len(text) > MOST_WITH_THOUGHTS:
         raise NoJsonError(f"the answer is longer than {MOST_WITH_THOUGHTS} characters")
     text = _decoded_text(text)
-    answer, thoughts = (text, "") if _is_json(text) else split_thoughts(text)
+    answer, thoughts = (text, "") if _is_json(text) else split_thoughts(with_usual_tags(text))
     if len(answer) > MOST_CHARACTERS:
         raise NoJsonError(f"the answer is longer than {MOST_CHARACTERS} characters")
     parts = [part for part in (answer, thoughts[-MOST_CHARACTERS:]) if part.strip()]
@@ -196,7 +202,9 @@ def _sound(value: Any, nested: bool = False, depth: int = 0) -> Any:
 
 
 def _decoded(text: str) -> Any:
-    """Return the object or list that a text encodes, otherwise the text."""
+    """Return the object or list that a text encodes, otherwise the text. An element without items is an empty list."""
+    if not text.strip():
+        return []
     try:
         value = whole_value(_decoded_text(text))
     except NoValueError:

@@ -6,12 +6,12 @@ import re
 
 _NAMES = r"think|thinking|thoughts?|reasoning|scratch_?pad"
 _MARK = re.compile(
-    rf"[<\[◁]\|?(?P<close>/|END_)?(?:START_)?(?:\w{{1,20}}:)?(?:{_NAMES})\|?[>\]▷]"
+    rf"[<\[◁]\|?(?P<close>/|END_)?(?:START_|content_)?(?:\w{{1,20}}:)?(?:{_NAMES})\|?[>\]▷]"
     r"|(?P<channel><\|channel\|?>\s?(?:analysis|thought))"
-    r"|(?P<end><\|end\|>|<\|start\|>|<channel\|>)",
+    r"|(?P<end><\|end(?:_message)?\|>|<\|start\|>|<channel\|>)",
     re.IGNORECASE,
 )
-"""Marks such as `<think>`, `</think>`, `[THINK]`, `<|START_THINKING|>`, and the channels of gpt-oss and Gemma 4."""
+"""Marks such as `<think>`, `</think>`, `[THINK]`, `<|START_THINKING|>`, and the channels of gpt-oss, Gemma 4 and Inkling."""
 
 
 def split_thoughts(text: str) -> tuple[str, str]:

@@ -10,6 +10,8 @@ element for each argument. So the search goes by structure:
 <decide><decision>{…}</decision></decide>
 [decide(decision={…})]
 ```
+
+The value of an argument may be JSON, or an element for each of its fields.
 """
 
 from __future__ import annotations
@@ -26,22 +28,44 @@ PARTS = ("observation", "analysis", "decision", "behaviors", "ready")
 MOST_PARTS = 64
 """Maximum number of arguments that are read from one text. Ours."""
 
+MOST_CHILDREN = 64
+"""Maximum number of elements in an element. Ours."""
+DEEPEST_ELEMENT = 8
+"""Deepest nesting of elements in an argument. Ours: an answer has six levels."""
+ITEM = "item"
+"""Element for an item of a list."""
+
+_NOTATIONS = (
+    (re.compile(r"<\|(?P<close>open|close)\|>\s?(?P<tag>[^<>]{1,200})<\|sep\|>"), None),
+    (re.compile(r"<(/?)[｜|]\w{1,20}[｜|]\s?(?=\w)"), r"<\1"),
+    (re.compile(r"\]<\]\w{1,20}\[>\["), ""),
+)
+"""Other notations of tags (Kimi K3, DeepSeek, MiniMax M3), with what stands for them in the usual one."""
 _TAG = re.compile(
     r"<(?P<close>/)?(?P<name>[^\s<>/=]{1,60})(?:=(?P<value>[^\s<>]{1,80})|(?P<more>\s[^<>]{1,200}))?\s{0,20}>"
 )
-_NAME = re.compile(r"""\bname\s{0,5}=\s{0,5}["']?([\w.\-]{1,80})""")
+_NAME = re.compile(r"""\b(?:name|tool|key)\s{0,5}=\s{0,5}["']?([\w.\-]{1,80})""")
 _BARE_NAME = re.compile(r"\s{0,20}([\w.\-]{1,80})\s{0,20}(?=<)")
 _PYTHON = re.compile(rf"(?P<name>[\w.]{{1,80}})\s{{0,5}}\((?=\s{{0,20}}(?:{'|'.join(PARTS)})\s{{0,5}}=[^=])")
 _ARGUMENT = frozenset({"parameter", "param", "arg", "argument"})
-_FUNCTION = frozenset({"function", "invoke", "tool"})
+_FUNCTION = frozenset({"function", "invoke", "tool", "call"})
+_END = re.compile(r"</(?:\w{1,20}:)?(?:function|invoke|tool_call)>")
+_ELEMENTS = frozenset({*_ARGUMENT, *_FUNCTION, *PARTS, "tool_call", "arg_key", "arg_value"})
 
 
-@dataclass
+@dataclass(frozen=True)
 class WrittenCall:
     """A call with its arguments. `name` is None if the text does not say which function is called."""
 
     name: str | None
     arguments: dict[str, Any] = field(default_factory=dict)
+
+
+def with_usual_tags(text: str) -> str:
+    """Return a text with the tags of all notations in the usual one."""
+    for pattern, replacement in _NOTATIONS:
+        text = pattern.sub(_usual if replacement is None else replacement, text)
+    return text
 
 
 def tagged_calls(text: str) -> list[WrittenCall]:
@@ -90,7 +114,7 @@ def _tagged_parts(text: str) -> Iterator[tuple[str, str | None]]:
         at = tag.end()
         if tag["close"]:
             continue
-        element = re.split(r"[:｜|]", tag["name"].strip("|｜"))[-1].lower()
+        element = _element_of(tag["name"])
         named = tag["value"] or _attribute(tag["more"])
         if element in _FUNCTION and named:
             yield named.strip("\"'"), None
@@ -104,6 +128,16 @@ def _tagged_parts(text: str) -> Iterator[tuple[str, str | None]]:
             yield (named or key or "").strip("\"' ") if element not in PARTS else element, content
 
 
+def _usual(tag: re.Match[str]) -> str:
+    return f"<{'/' if tag['close'] == 'close' else ''}{tag['tag'].strip()}>"
+
+
+def _element_of(name: str) -> str:
+    """Return the name of an element without a namespace before it or a suffix after it."""
+    parts = name.lower().split(":")
+    return next((part for part in parts if part in _ELEMENTS), parts[-1])
+
+
 def _attribute(more: str | None) -> str | None:
     found = _NAME.search(more or "")
     return found[1] if found else None
@@ -111,19 +145,39 @@ def _attribute(more: str | None) -> str | None:
 
 def _content(text: str, tag: re.Match[str]) -> tuple[str, int]:
     """Return the text of an element and the position after it. An element that is not closed ends before the next."""
-    closing = f"</{tag['name']}>"
-    end = text.find(closing, tag.end())
-    following = re.compile(rf"<(?:{re.escape(tag['name'])}[=\s]|/(?:function|invoke|tool_call)>)").search(
-        text, tag.end(), end if end >= 0 else len(text)
-    )
-    if following is not None:
-        return text[tag.end() : following.start()], following.start()
-    return (text[tag.end() :], len(text)) if end < 0 else (text[tag.end() : end], end + len(closing))
+    name = re.escape(tag["name"])
+    at, depth = tag.end(), 1
+    for mark in re.compile(rf"<(?P<close>/)?{name}(?P<more>[=\s][^<>]{{0,200}})?\s{{0,20}}>").finditer(text, at):
+        if mark["more"] and not mark["close"]:
+            # The next argument begins, so that this one was not closed.
+            return text[at : mark.start()], mark.start()
+        depth += -1 if mark["close"] else 1
+        if depth == 0:
+            return text[at : mark.start()], mark.end()
+    end = _END.search(text, at)
+    return (text[at:], len(text)) if end is None else (text[at : end.start()], end.start())
 
 
-def _value_of(text: str) -> Any:
+def _value_of(text: str, depth: int = 0) -> Any:
+    """Return the value in an argument: JSON or another notation of values, elements for its fields, or a text."""
     try:
         return whole_value(text)
     except NoValueError:
-        # An argument that is no value of any notation is a text.
+        # It is no value of any notation.
+        children = _children(text) if depth < DEEPEST_ELEMENT else []
+    if not children:
         return text.strip()
+    values = [(key, _value_of(content, depth + 1)) for key, content in children]
+    return [value for _, value in values] if all(key == ITEM for key, _ in values) else dict(values)
+
+
+def _children(text: str) -> list[tuple[str, str]]:
+    """Return the elements of which a text consists, with their texts; none if there is anything else between them."""
+    children: list[tuple[str, str]] = []
+    at = 0
+    while tag := _TAG.match(text, at + len(text[at:]) - len(text[at:].lstrip())):
+        content, at = _content(text, tag)
+        children.append((tag["name"], content))
+        if tag["close"] or len(children) > MOST_CHILDREN:
+            return []
+    return [] if text[at:].strip() else children
