@@ -5,13 +5,20 @@ from __future__ import annotations
 import pytest
 from chat_server import ChatServer
 
-from stucksolver_language.llm import llm_reasoner, preflight
+from stucksolver_language.llm import llm_reasoner, preflight, server_memory
 
 
 @pytest.fixture(scope="module")
 def shared_server():
     with ChatServer() as server:
         yield server
+
+
+@pytest.fixture(autouse=True)
+def _no_server_is_known():
+    server_memory.forget()
+    yield
+    server_memory.forget()
 
 
 @pytest.fixture

@@ -6,8 +6,9 @@ import base64
 import json
 from importlib.util import find_spec
 
+import mind
 import pytest
-from chat_server import Fault
+from chat_server import Fault, behaviors_of
 
 from stucksolver.reasoners import ReasonerError, ReasonerRequest, RuleReasoner
 from stucksolver.reasoners.factory import make_reasoner
@@ -17,6 +18,8 @@ from stucksolver.scene import CameraImage, LineKind
 from stucksolver_language.llm import LanguageModelReasoner, ModelSettings
 from stucksolver_language.llm.exchanges import ExchangesError, RecordedChat, RecordingChat
 from stucksolver_language.llm.openai_api import OpenAiChat
+from stucksolver_language.llm.prompt import messages
+from stucksolver_language.llm.tool_schema import decide_tool
 from worlds import World, straight_road, thing
 
 if find_spec("openai") is None:  # importing it takes as long as collecting five hundred tests
@@ -28,6 +31,10 @@ IMAGE = CameraImage(width=8, height=8, jpeg=base64.b64encode(b"\xff\xd8" + bytes
 def scene(x=60.0):
     made = World(straight_road(left=LineKind.BROKEN), [thing("car", x)]).scene()
     return made.model_copy(update={"image": IMAGE})
+
+
+def good(scene_):
+    return mind.answer(messages(scene_)[1].text, behaviors_of(decide_tool(scene_).parameters))
 
 
 def record(server, folder, *scenes):
@@ -86,6 +93,40 @@ def test_a_disk_that_is_full_costs_the_record_only(server, tmp_path, monkeypatch
     (tmp_path / "exchanges.jsonl").mkdir()
     assert LanguageModelReasoner(chat).decide(ReasonerRequest(scene())).decision.plan is not None
     assert "no longer stored" in chat.fault
+
+
+def test_raw_answer_is_kept_and_replayed(server, tmp_path):
+    """The body as the server sent it stands in the record, also where its form is not that of chat completions."""
+    scene_ = scene()
+    parts = [{"type": "thinking", "thinking": "hm"}, {"type": "text", "text": json.dumps(good(scene_))}]
+    server.faults.append(Fault(message={"role": "assistant", "content": parts}))
+    (made,) = record(server, tmp_path, scene_)
+    (line,) = (tmp_path / "exchanges.jsonl").read_text(encoding="utf-8").splitlines()
+    reply = json.loads(line)["reply"]
+    assert json.loads(reply["raw"])["choices"][0]["message"]["content"] == parts
+    assert reply["thoughts"] == "hm" and "thinking" not in reply["text"]
+    assert LanguageModelReasoner(RecordedChat(tmp_path)).decide(ReasonerRequest(scene_)).decision == made
+
+
+def test_raw_answer_of_a_failure_is_kept_without_the_key(server, tmp_path, monkeypatch):
+    monkeypatch.setenv("STUCKSOLVER_KEYS", f"{server.url.removesuffix('/v1')}=sk-very-secret")
+    body = json.dumps({"error": {"code": 402, "message": "no credits", "metadata": {"seen": "sk-very-secret"}}})
+    server.faults.append(Fault(body=body.encode()))
+    with pytest.raises(ReasonerError, match="no credits"):
+        record(server, tmp_path, scene())
+    (line,) = (tmp_path / "exchanges.jsonl").read_text(encoding="utf-8").splitlines()
+    assert json.loads(json.loads(line)["raw"])["error"]["code"] == 402 and "sk-very" not in line
+
+
+def test_record_of_an_older_version_is_replayed(server, tmp_path):
+    """Older records have neither the raw answer nor the thoughts."""
+    (made,) = record(server, tmp_path, scene())
+    path = tmp_path / "exchanges.jsonl"
+    line = json.loads(path.read_text(encoding="utf-8"))
+    for name in ("raw", "thoughts"):
+        del line["reply"][name]
+    path.write_text(json.dumps(line) + "\n", encoding="utf-8")
+    assert LanguageModelReasoner(RecordedChat(tmp_path)).decide(ReasonerRequest(scene())).decision == made
 
 
 # ---- the order of trust

@@ -116,3 +116,14 @@ def test_failure_is_quoted_without_keys_control_sequences_and_excess(server, mon
         reasoner_at(server).decide(ReasonerRequest(SCENE))
     text = str(caught.value)
     assert "sk-very" not in text and "\x1b" not in text and "\n" not in text and len(text) < 500
+
+
+@pytest.mark.parametrize("status", [200, 400])
+def test_key_in_escapes_is_not_quoted(server, monkeypatch, status):
+    """A body without words is quoted itself. A key in it may be written in JSON's escapes."""
+    monkeypatch.setenv("STUCKSOLVER_KEYS", f"{server.url.removesuffix('/v1')}=sk-very-secret")
+    escaped = "".join(f"\\u{ord(c):04x}" for c in "sk-very-secret")
+    server.faults.extend([Fault(status=status, body=f'{{"seen": "{escaped}"}}'.encode())] * 3)
+    with pytest.raises(ReasonerError) as caught:
+        reasoner_at(server, deadline_s=1.0).decide(ReasonerRequest(SCENE))
+    assert "sk-very" not in str(caught.value) and escaped not in str(caught.value)

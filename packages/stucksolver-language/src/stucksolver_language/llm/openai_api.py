@@ -20,7 +20,6 @@ from stucksolver_language.llm.api_keys import (
 )
 from stucksolver_language.llm.capabilities import (
     ModelOptions,
-    capabilities_of,
     has_deployment,
     rejects_one_picture,
 )
@@ -46,7 +45,8 @@ from stucksolver_language.llm.sdk_errors import (
     translated,
 )
 from stucksolver_language.llm.server_failure import ServerFailure, one_line
-from stucksolver_language.llm.server_text import clean, clean_reply
+from stucksolver_language.llm.server_memory import remembered
+from stucksolver_language.llm.server_text import clean, clean_json, clean_reply
 
 PRIVATE_HEADERS = ("authorization", "api-key", "cookie", "proxy-authorization")
 """Headers that identify the client. Requests contain only those of the server's own credentials."""
@@ -88,7 +88,7 @@ class OpenAiChat:
         self.name = f"openai:{model}" + (f"@{self.base_url}" if base_url else "")
         self._credentials: Credentials | None = None
         self.options = options or ModelOptions()
-        self.takes = capabilities_of(model, self.base_url, self.options)
+        self.takes = remembered(model, self.base_url, self.options)
         self._loop = Loop()
         self._client: Any = None
         self._shut: tuple[float, str] | None = None
@@ -241,14 +241,13 @@ class OpenAiChat:
         except openai.APIStatusError as error:
             if error.status_code < 400:
                 raise self._translated(error) from None
-            return replace(nothing, raw=self._clean(error.response.text[:MOST_RAW])), failure_from(error)
+            return replace(nothing, raw=clean_json(error.response.text[:MOST_RAW], self._secrets)), failure_from(error)
         except openai.OpenAIError as error:
             raise self._translated(error) from None
-        body = read_body(raw)
+        body, raw = read_body(raw), clean_json(raw[:MOST_RAW], self._secrets)
         if body is None:
-            begins = one_line(self._clean(raw[:MOST_RAW]))[:160]
             raise TransientReasonerError(
-                f"the response of {self.server_name} is not a chat completion. It begins: {begins!r}",
+                f"the response of {self.server_name} is not a chat completion. It begins: {one_line(raw)[:160]!r}",
                 TransientKind.BROKEN,
             )
         return clean_reply(reply_of(body, raw, self.model, self.takes.pictures), self._secrets), failure_in(body, raw)

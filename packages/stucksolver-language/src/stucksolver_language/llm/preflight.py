@@ -19,6 +19,7 @@ from stucksolver_language.llm.chat import (
     TransientReasonerError,
 )
 from stucksolver_language.llm.sdk_errors import LARGER_CONTEXT
+from stucksolver_language.llm.server_memory import publish
 
 LIMIT_S = 120.0
 """Time limit of the preflight (s). A private server may have to load its model first. Ours."""
@@ -68,6 +69,7 @@ def preflight_model(model: ChatModel, limit_s: float = LIMIT_S) -> tuple[str, ..
         return ()
     ends_at = time.monotonic() + limit_s
     _ask(model, ends_at)
+    publish()
     notes = [f"{model.name} {note}" for note in model.takes.notes]
     described = model.described(max(ends_at - time.monotonic(), 1.0))
     _check_context(model.name, model.takes, context_of(described))

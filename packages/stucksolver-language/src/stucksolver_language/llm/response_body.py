@@ -62,7 +62,7 @@ def reply_of(body: Any, raw: str, asked: str, saw: bool) -> ChatReply:
 
     Args:
         body: The parsed body.
-        raw: The body as it came.
+        raw: The body for the record, without keys.
         asked: Name of the model in the request.
         saw: True if the request's images were sent.
     """
@@ -79,12 +79,12 @@ def reply_of(body: Any, raw: str, asked: str, saw: bool) -> ChatReply:
         Finish.CUT_OFF if finish in CUT_OFF else Finish.WHOLE if finish in WHOLE else Finish.UNTOLD,
         saw,
         "\n".join(dict.fromkeys(found.thoughts)),
-        raw[:MOST_RAW],
+        raw,
     )
 
 
 def failure_in(body: Any, raw: str) -> ServerFailure | None:
-    """Return the failure that a response of status 200 reports, or None."""
+    """Return the failure that a response of status 200 reports, or None. `raw` is quoted where there are no words."""
     error = reported_error(body)
     if error is not None:
         return failure_of(error, None, one_line(raw))

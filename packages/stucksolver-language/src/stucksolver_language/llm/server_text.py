@@ -42,7 +42,10 @@ def clean(text: str, secrets: Iterable[str] = ()) -> str:
 
 
 def clean_reply(reply: ChatReply, secrets: Iterable[str] = ()) -> ChatReply:
-    """Return a reply with every text cleaned, also in JSON that writes characters as escape sequences."""
+    """Return a reply with every text cleaned, also in JSON that writes characters as escape sequences.
+
+    `raw` is expected to be clean.
+    """
     known = tuple(secrets)
     calls = tuple(
         ToolCall(clean(c.id, known), clean(c.name, known), clean_json(c.arguments, known), _clean_value(c.extra, known))
@@ -54,7 +57,6 @@ def clean_reply(reply: ChatReply, secrets: Iterable[str] = ()) -> ChatReply:
         calls=calls,
         model=clean(reply.model, known),
         thoughts=clean_json(reply.thoughts, known),
-        raw=clean_json(reply.raw, known),
     )
 
 

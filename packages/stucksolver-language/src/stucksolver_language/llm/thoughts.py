@@ -11,7 +11,7 @@ _MARK = re.compile(
     r"|(?P<end><\|end(?:_message)?\|>|<\|start\|>|<channel\|>)",
     re.IGNORECASE,
 )
-"""Marks such as `<think>`, `</think>`, `[THINK]`, `<|START_THINKING|>`, and the channels of gpt-oss, Gemma 4 and Inkling."""
+"""Marks such as `<think>`, `</think>`, `[THINK]` and `<|START_THINKING|>`, and the channels of gpt-oss and Gemma 4."""
 
 
 def split_thoughts(text: str) -> tuple[str, str]:
