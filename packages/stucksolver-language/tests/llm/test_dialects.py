@@ -59,5 +59,5 @@ def test_of_several_queries_to_the_guard_the_first_is_executed(server):
 
 def test_draft_in_thoughts_that_were_cut_off_is_no_answer(server):
     server.faults.append(Fault(body=bytes_of(chat("", "length", reasoning_content=T))))
-    reasoner_at(server).decide(ReasonerRequest(SCENE))
+    reasoner_at(server, "#tokens=1900").decide(ReasonerRequest(SCENE))
     assert "while the model was thinking" in json.dumps(server.requests[1]["messages"][-1])

@@ -120,10 +120,37 @@ def test_schema_refused_as_a_rate_limit_is_understood(server):
 def test_one_refused_picture_is_the_only_one_omitted(server, said):
     server.faults.append(refusal(said))
     reasoner = reasoner_at(server)
-    for _ in range(2):
-        reasoner.decide(ReasonerRequest(SEEN))
+    traces = [reasoner.decide(ReasonerRequest(SEEN)).trace for _ in range(2)]
+    assert ["image_sha256" in trace.prompt for trace in traces] == [False, True]
     assert [picture_of(request) for request in server.requests] == [True, False, True]
     assert len(reasoner.model.takes.notes) == 1
+
+
+@pytest.mark.parametrize(
+    "thought", [{"content": ""}, {"content": "<think>The car"}, {"content": None, "reasoning": "The car"}]
+)
+def test_model_that_only_thought_gets_room_to_think(server, thought):
+    """The limit is raised once, within the query, and stays."""
+    server.faults.append(Fault(message={"role": "assistant", **thought}, finish="length"))
+    reasoner = reasoner_at(server)
+    for _ in range(2):
+        assert reasoner.decide(ReasonerRequest(SCENE)).decision.plan is not None
+    assert [request["max_tokens"] for request in server.requests] == [1900, 8000, 8000]
+    assert reasoner.model.takes.notes[0].startswith("allows an answer 8000 tokens")
+
+
+@pytest.mark.parametrize(
+    ("said", "then"),
+    [
+        ("max_tokens must be less than or equal to 4096", 4096),
+        ("This model's maximum context length is 8192 tokens, and you requested 9900", 1900),
+    ],
+)
+def test_room_to_think_that_the_server_lacks_is_given_back(server, said, then):
+    thought = Fault(message={"role": "assistant", "content": ""}, finish="length")
+    server.faults.extend([thought, refusal(said)])
+    assert reasoner_at(server).decide(ReasonerRequest(SCENE)).decision.plan is not None
+    assert [request["max_tokens"] for request in server.requests] == [1900, 8000, then]
 
 
 # ---- answers that now and then fail

@@ -260,7 +260,7 @@ def test_an_answer_that_was_cut_off_is_said_to_be(server):
 def test_a_model_that_only_thought_is_told_of(server):
     server.faults.extend([Fault(message={"role": "assistant", "content": ""}, finish="length")] * 2)
     with pytest.raises(ReasonerError, match=r"while the model was thinking; allow more with #tokens=N"):
-        asking(server).decide(ReasonerRequest(scene()))
+        asking(server, "#tokens=1900").decide(ReasonerRequest(scene()))
     assert server.requests[0]["response_format"] and server.requests[1]["response_format"]
 
 

@@ -126,11 +126,14 @@ class ServerCapabilities:
     """True if there may be a system turn."""
     notes: list[str] = field(default_factory=list)
     """Dropped features with the reason, for the user."""
+    room: bool = True
+    """True if the limit of an answer may be raised for a model that thinks first."""
     _renamed: bool = False
     _unheeded: tuple[Dialect, ...] = ()
     """Dialects that the server accepted and answered with prose."""
     _patience: int = STEP_UP_AFTER
     _answers: int = 0
+    _before_room: int | None = None
 
     @property
     def dialect(self) -> Dialect:
@@ -152,6 +155,22 @@ class ServerCapabilities:
         if self._unheeded and self._answers >= self._patience:
             self.dialects, self._unheeded = (*self._unheeded, *self.dialects), ()
             self._answers, self._patience = 0, 2 * self._patience
+
+    def make_room(self, count: int) -> bool:
+        """Raise the limit of an answer once, after thoughts that filled it; False if the user has set it."""
+        if not self.room or self.most_tokens >= THINKING_TOKENS:
+            return False
+        self._before_room, self.most_tokens, self.room = self.most_tokens, THINKING_TOKENS, False
+        self._note(f"allows an answer {THINKING_TOKENS} tokens", f"its thoughts alone took {count}")
+        return True
+
+    def give_room_back(self, why: str) -> bool:
+        """Lower the raised limit again, which the server's context cannot hold; False if it was not raised."""
+        if self._before_room is None:
+            return False
+        self.most_tokens, self._before_room = self._before_room, None
+        self._note(f"allows an answer {self.most_tokens} tokens again", why)
+        return True
 
     def omit_picture(self, why: str) -> None:
         """Note that one picture was refused, which is omitted from one query only."""
@@ -257,6 +276,7 @@ def capabilities_of(model: str, base_url: str | None, options: ModelOptions) -> 
         effort=options.effort or ("low" if thinks else None),
         parallel=not thinks,
         most_tokens=options.tokens or (THINKING_TOKENS if thinks else MOST_TOKENS),
+        room=options.tokens is None,
         strict_subset=openai,
     )
 

@@ -27,7 +27,7 @@ from stucksolver_language.llm.chat import (
 )
 from stucksolver_language.llm.preflight import preflight_model
 from stucksolver_language.llm.prompt import PROMPT_VERSION, messages
-from stucksolver_language.llm.reply_selection import chosen
+from stucksolver_language.llm.reply_selection import chosen, only_thought
 from stucksolver_language.llm.tool_schema import CHECK_PLAN, DECIDE, check_tool, decide_tool
 from stucksolver_language.llm.usage_budget import CHARACTERS_FOR_A_TOKEN, PRICES, UsageLimits, estimate
 
@@ -235,9 +235,9 @@ class LanguageModelReasoner:
 
 
 def _cut_off(reply: ChatReply) -> str:
-    """Return why an answer was cut off. An answer without text was cut off while the model was still thinking."""
+    """Return why an answer was cut off."""
     count = f"{reply.usage.output_tokens} tokens" if reply.usage else "the token limit"
-    if not reply.calls and not reply.text.strip():
+    if only_thought(reply):
         return f"it was cut off at {count} before it began, while the model was thinking; allow more with #tokens=N"
     return f"it was cut off at {count}; say less in each text and list"
 

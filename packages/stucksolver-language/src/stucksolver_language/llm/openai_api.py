@@ -34,7 +34,7 @@ from stucksolver_language.llm.chat import (
 )
 from stucksolver_language.llm.event_loop import Cancelled, DeadlineError, Loop
 from stucksolver_language.llm.openai_format import request_of
-from stucksolver_language.llm.reply_selection import answers, is_called
+from stucksolver_language.llm.reply_selection import answers, is_called, only_thought
 from stucksolver_language.llm.response_body import MOST_RAW, failure_in, read_body, reply_of
 from stucksolver_language.llm.sdk_errors import (
     REFUSALS,
@@ -148,7 +148,7 @@ class OpenAiChat:
                 sent = credentials_for(self.base_url, self._login)
             except ValueError as error:
                 raise PermanentReasonerError(str(error), lasting=True) from error
-            if sent.note is not None and self._credentials is None:
+            if sent.note is not None and sent.note not in self.takes.notes:
                 self.takes.notes.append(sent.note)
             self._credentials = sent
             if self.base_url is not None and has_deployment(self.base_url):
@@ -205,18 +205,20 @@ class OpenAiChat:
     ) -> ChatReply:
         """Run one exchange, and repeat it without the features that the server rejects."""
         spent: Usage | None = None
-        retried = False
+        retried = omitted = False
         while True:
             request = request_of(self.model, messages, tools, must_call, self.takes)
             reply, failure = await self._answer(client, request)
             spent = reply.usage if spent is None or reply.usage is None else spent + reply.usage
-            reply = replace(reply, usage=spent)
+            reply = replace(reply, usage=spent, saw=reply.saw and not omitted)
             if failure is not None and not answers(reply):
                 if rejects_one_picture(failure.message) and any(m.image for m in messages):
-                    messages = [replace(m, image=None) for m in messages]
+                    messages, omitted = [replace(m, image=None) for m in messages], True
                     self.takes.omit_picture(self._clean(failure.message))
                 elif not self._learns(failure, request):
                     raise self._error_for(failure, reply.raw)
+            elif only_thought(reply) and self.takes.make_room(self.takes.most_tokens):
+                continue
             elif is_called(reply):
                 self.takes.answered()
                 return reply
@@ -246,17 +248,19 @@ class OpenAiChat:
             raise self._translated(error) from None
         body, raw = read_body(raw), clean_json(raw[:MOST_RAW], self._secrets)
         if body is None:
-            raise TransientReasonerError(
-                f"the response of {self.server_name} is not a chat completion. It begins: {one_line(raw)[:160]!r}",
-                TransientKind.BROKEN,
-            )
+            text = f"the response of {self.server_name} is not a chat completion. It begins: {one_line(raw)[:160]!r}"
+            unread = TransientReasonerError(text, TransientKind.BROKEN)
+            unread.raw = raw
+            raise unread
         return clean_reply(reply_of(body, raw, self.model, self.takes.pictures), self._secrets), failure_in(body, raw)
 
     def _learns(self, failure: ServerFailure, request: dict[str, Any]) -> bool:
         """Omit what a failure names, if it rejects a part of the request."""
         message = self._clean(failure.message)
+        if is_context_overflow(message):
+            return self.takes.give_room_back(message)
         hard_schema = failure.status == 429 and "schema" in message.lower()
-        if failure.withheld or is_context_overflow(message) or not (failure.status in REFUSALS or hard_schema):
+        if failure.withheld or not (failure.status in REFUSALS or hard_schema):
             return False
         return self.takes.learn(message, failure.parameter, request)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from stucksolver_language.llm.chat import ChatReply, Finish, ToolCall
 from stucksolver_language.llm.json_extraction import NoJsonError, asks_guard, extract_call, holds_answer
+from stucksolver_language.llm.thoughts import split_thoughts
 from stucksolver_language.llm.tool_schema import CHECK_PLAN, DECIDE
 from stucksolver_language.llm.written_calls import WrittenCall
 
@@ -14,15 +15,15 @@ def chosen(reply: ChatReply) -> tuple[str, bool]:
     A decision counts before queries to the guard in the same reply, and of several queries only the first counts.
     Different decisions are all returned, and the parser rejects them.
     """
-    called = [(call, one) for call in reply.calls if (one := _read(call)) is not None]
-    decisions = [(call, one) for call, one in called if not asks_guard(one)]
-    checks = [call for call, one in called if asks_guard(one)]
+    read = [(call.arguments, _read(call)) for call in reply.calls]
+    decisions = [(text, found) for text, found in read if found is not None and not asks_guard(found)]
+    checks = [text for text, found in read if found is not None and asks_guard(found)]
     if decisions:
-        different = [one for i, (_, one) in enumerate(decisions) if one not in [other for _, other in decisions[:i]]]
-        one_decision = len(different) == 1
-        return decisions[0][0].arguments if one_decision else "\n".join(c.arguments for c, _ in decisions), False
+        first = decisions[0][1]
+        same = all(found == first for _, found in decisions)
+        return decisions[0][0] if same else "\n".join(text for text, _ in decisions), False
     if checks:
-        return checks[0].arguments, True
+        return checks[0], True
     for text in _texts(reply):
         if holds_answer(text):
             return text, _asks(text)
@@ -36,8 +37,12 @@ def answers(reply: ChatReply) -> bool:
 
 def is_called(reply: ChatReply) -> bool:
     """True if the model answered in the requested form, or was cut off while thinking, before any answer."""
-    cut_off = reply.finish is Finish.CUT_OFF and not reply.text.strip()
-    return bool(reply.calls) or "{" in reply.text or cut_off or answers(reply)
+    return bool(reply.calls) or "{" in reply.text or only_thought(reply) or answers(reply)
+
+
+def only_thought(reply: ChatReply) -> bool:
+    """True if a reply was cut off while the model was thinking, before any answer."""
+    return reply.finish is Finish.CUT_OFF and not reply.calls and not split_thoughts(reply.text)[0].strip()
 
 
 def _texts(reply: ChatReply) -> tuple[str, ...]:
