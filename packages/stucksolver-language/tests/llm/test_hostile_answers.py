@@ -8,7 +8,7 @@ from random import Random
 from types import SimpleNamespace
 
 import pytest
-from answer_forms import READ, SCENE, T, bytes_of, chat, tools
+from answer_forms import READ, SCENE, T, bytes_of, chat, stream, tools
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -188,3 +188,37 @@ def test_python_in_an_answer_is_never_evaluated(tmp_path):
     for value in (f"open({str(made)!r}, 'w')", f"__import__('os').mkdir({str(made)!r})", "[x for x in (1,)]", "f'{1}'"):
         assert decided(bytes_of(chat(f"[decide(observation={value}, analysis={{}}, decision={{}})]"))) is None
     assert not made.exists()
+
+
+TEXTS = {
+    form: body["choices"][0]["message"]["content"]
+    for form, body in READ.items()
+    if isinstance(body, dict) and isinstance(body.get("choices", [{}])[0].get("message", {}).get("content"), str)
+}
+QUOTED_IN_PROSE = ("after prose", "json encoded as a string")
+"""A quotation in prose is no answer."""
+TRANSPORTS = {
+    "part": lambda text: chat([{"type": "text", "text": text}]),
+    "two parts": lambda text: chat([{"type": "text", "text": text[:99]}, {"type": "text", "text": text[99:]}]),
+    "stream": lambda text: stream(*({"content": text[i : i + 60]} for i in range(0, len(text), 60))),
+    "thoughts": lambda text: chat("", reasoning_content=text),
+    "arguments": lambda text: tools({"function": {"name": "decide", "arguments": text}}),
+    "Ollama": lambda text: {"message": {"role": "assistant", "content": text}, "done_reason": "stop"},
+    "Anthropic": lambda text: {
+        "type": "message",
+        "content": [{"type": "text", "text": text}],
+        "stop_reason": "end_turn",
+    },
+    "Gemini": lambda text: {"candidates": [{"content": {"parts": [{"text": text}]}, "finishReason": "STOP"}]},
+    "before thoughts end": lambda text: chat(f"I think about {{it}}.</think>{text}"),
+    "after prose": lambda text: chat(f"I'd say: {{x}} is 'free', \"so\":\n{text}"),
+}
+
+
+@pytest.mark.parametrize("transport", TRANSPORTS)
+def test_forms_of_text_are_read_in_every_transport(transport):
+    """The notation of a call and the place in which its text arrives are independent."""
+    texts = {form: text for form, text in TEXTS.items() if text and (transport, form) != QUOTED_IN_PROSE}
+    decisions = {form: decided(bytes_of(TRANSPORTS[transport](text))) for form, text in texts.items()}
+    assert len(texts) > 60
+    assert [form for form, decision in decisions.items() if decision is None or decision.plan is None] == []

@@ -84,7 +84,7 @@ def find_calls(text: str) -> tuple[WrittenCall, ...]:
     answer, thoughts = (text, "") if _is_json(text) else split_thoughts(with_usual_tags(text))
     if len(answer) > MOST_CHARACTERS:
         raise NoJsonError(f"the answer is longer than {MOST_CHARACTERS} characters")
-    parts = [part for part in (answer, thoughts[-MOST_CHARACTERS:]) if part.strip()]
+    parts = [_decoded_text(part) for part in (answer, thoughts[-MOST_CHARACTERS:]) if part.strip()]
     found = [_calls_in(part) for part in parts]
     for calls in found:
         answers = [call for call in calls if call.arguments.keys() & OF_AN_ANSWER]
