@@ -102,7 +102,7 @@ def test_real_server_prose_answer_selects_json_schema_dialect(url):
 
 def test_real_server_small_context_fails_preflight(small_url):
     """A context that is too small for the prompt is an error before the drive."""
-    with pytest.raises(PermanentReasonerError, match="context too small.* has 2048 tokens"):
+    with pytest.raises(PermanentReasonerError, match=r"context too small.* has 2048 tokens"):
         make_reasoner(f"openai:smollm2@{small_url}").preflight()
 
 

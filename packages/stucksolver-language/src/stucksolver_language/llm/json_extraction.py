@@ -11,11 +11,12 @@ from stucksolver_language.llm.lenient_json import DEEPEST, NoValueError, objects
 from stucksolver_language.llm.thoughts import split_thoughts
 from stucksolver_language.llm.tool_schema import CHECK_PLAN, DECIDE
 from stucksolver_language.llm.written_calls import (
+    PARTS,
     WrittenCall,
+    first_call,
     plain_name,
-    python_calls,
-    tagged_calls,
     with_usual_tags,
+    written_calls,
 )
 
 MOST_CHARACTERS = 40_000
@@ -110,24 +111,34 @@ def asks_guard(call: WrittenCall) -> bool:
 
 
 def _calls_in(text: str) -> list[WrittenCall]:
-    """Return the calls in the most explicit notation that a text uses, otherwise its objects."""
-    for calls in (tagged_calls(text), python_calls(text)):
-        answers = [call for call in calls if call.arguments.keys() & OF_AN_ANSWER]
-        if answers:
-            return [WrittenCall(call.name, _sound(call.arguments)) for call in answers]
-    found = []
-    for value in objects_in(text):
-        unwrapped = _unwrapped(value, None, 0) or [WrittenCall(None, value)]
-        found += [WrittenCall(call.name, _sound(call.arguments)) for call in unwrapped]
-    return found
+    """Return the calls in a text, or its objects.
+
+    A call that an object quotes in its texts is no call. An object after the beginning of a call belongs to its
+    arguments.
+    """
+    found: list[WrittenCall] = []
+    at, first = 0, first_call(text, 0)
+    for item in objects_in(text):
+        first = first_call(text, at) if first < at else first
+        if first < item.begin:
+            break
+        found += _unwrapped(item.value, None, 0) or [WrittenCall(None, item.value)]
+        at = item.end
+    rest = text[at:]
+    answers = [call for call in written_calls(rest) if call.arguments.keys() & OF_AN_ANSWER]
+    found += answers
+    for item in objects_in(rest) if not answers else ():
+        found += _unwrapped(item.value, None, 0) or [WrittenCall(None, item.value)]
+    return [WrittenCall(call.name, _sound(call.arguments)) for call in found]
 
 
 def _unwrapped(value: Any, name: str | None, depth: int) -> list[WrittenCall]:
     """Return the arguments of our functions inside a value, with the name of the innermost call around them."""
     if isinstance(value, str) and "{" in value and len(value) <= MOST_CHARACTERS:
-        value = list(objects_in(value))
-    if isinstance(value, dict) and value.keys() & OF_AN_ANSWER:
-        return [WrittenCall(name, value)]
+        value = [item.value for item in objects_in(value)]
+    if isinstance(value, dict) and value.keys() & set(PARTS):
+        # The texts of an incomplete answer are not searched for another one.
+        return [WrittenCall(name, value)] if value.keys() & OF_AN_ANSWER else []
     if depth == DEEPEST_WRAPPING:
         return []
     if isinstance(value, list):

@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator
-from typing import Any
+from typing import Any, NamedTuple
 
 DEEPEST = 32
 """Deepest nesting of a value. Ours: an answer has seven levels."""
@@ -28,6 +27,14 @@ _KEY = re.compile(r"[A-Za-z_][\w.]{0,60}")
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 _SPACE = re.compile(r"\s*")
 _DECODER = json.JSONDecoder()
+
+
+class FoundObject(NamedTuple):
+    """An object in a text, with its position and the position after it."""
+
+    begin: int
+    end: int
+    value: dict[str, Any]
 
 
 class NoValueError(ValueError):
@@ -85,17 +92,27 @@ def whole_value(text: str) -> Any:
     return value
 
 
-def objects_in(text: str) -> Iterator[dict[str, Any]]:
-    """Yield every outermost object in a text. A brace that begins no object is part of the prose."""
+def objects_in(text: str) -> list[FoundObject]:
+    """Return every outermost object in a text. A brace that begins no object is part of the prose."""
+    found = []
     left, at = MOST_READ, text.find("{")
     while at >= 0 and left > 0:
-        try:
-            value, end = read_value(text, at)
-            yield value
-        except NoValueError as error:
+        value, end = _object_at(text, at)
+        if value is None:
+            left -= end - at + 1
             end = at + 1
-            left -= error.position - at + 1
+        else:
+            found.append(FoundObject(at, end, value))
         at = text.find("{", end)
+    return found
+
+
+def _object_at(text: str, at: int) -> tuple[dict[str, Any] | None, int]:
+    """Return the object at a brace, or None, and the position at which reading ended."""
+    try:
+        return read_value(text, at)
+    except NoValueError as error:
+        return None, error.position
 
 
 class _Reader:

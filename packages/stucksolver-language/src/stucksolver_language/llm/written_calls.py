@@ -81,6 +81,25 @@ def tagged_calls(text: str) -> list[WrittenCall]:
     return [call for call in calls if call.arguments]
 
 
+def first_call(text: str, at: int) -> int:
+    """Return where the first argument in a tag or the first call in Python's notation begins; the end without one."""
+    python = _PYTHON.search(text, at)
+    end = len(text) if python is None else python.start()
+    while (tag := _TAG.search(text, at, end)) is not None:
+        element, at = _element_of(tag["name"]), tag.end()
+        if not tag["close"] and (element in PARTS or element in _ARGUMENT or element == "arg_key"):
+            return tag.start()
+    return end
+
+
+def written_calls(text: str) -> list[WrittenCall]:
+    """Return the calls in the notation that begins first. The other one in its arguments is part of their texts."""
+    python = _PYTHON.search(text)
+    if python is not None and first_call(text, 0) == python.start():
+        return python_calls(text)
+    return tagged_calls(text)
+
+
 def python_calls(text: str) -> list[WrittenCall]:
     """Return the calls that a text writes in Python's notation, with literals as keyword arguments."""
     calls: list[WrittenCall] = []
