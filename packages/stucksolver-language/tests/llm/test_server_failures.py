@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from importlib.util import find_spec
 
 import pytest
@@ -9,6 +10,8 @@ from answer_forms import SCENE, bytes_of, chat, reasoner_at
 from chat_server import Fault
 
 from stucksolver.reasoners import ReasonerError, ReasonerRequest
+from stucksolver_language.llm import LanguageModelReasoner, ModelSettings, TransientReasonerError
+from stucksolver_language.llm.chat import TransientKind
 
 if find_spec("openai") is None:  # importing it takes as long as collecting five hundred tests
     pytest.skip("the openai package is not installed: add the extra [llm] (README, Install)", allow_module_level=True)
@@ -79,9 +82,32 @@ def test_failure_in_a_good_status_is_quoted(server, form):
     body, words = FAILURES[form]
     server.faults.extend([Fault(body=bytes_of(body))] * 20)
     with pytest.raises(ReasonerError, match=words) as caught:
-        reasoner_at(server, deadline_s=0.5).decide(ReasonerRequest(SCENE))
+        reasoner_at(server, deadline_s=3.0).decide(ReasonerRequest(SCENE))
     text = str(caught.value)
     assert "\n" not in text and len(text) < 700 and "no choice" not in text
+
+
+class LateModel:
+    """States that it is busy, and is late from then on."""
+
+    name, asked = "late", 0
+
+    def chat(self, messages, tools, must_call, limit_s):
+        self.asked += 1
+        if self.asked == 1:
+            raise TransientReasonerError("all workers are busy", TransientKind.BUSY)
+        time.sleep(limit_s)
+        raise TransientReasonerError("gave no answer", TransientKind.LATE)
+
+    def cancel(self):
+        """Nothing runs."""
+
+
+def test_words_of_the_server_outlast_a_late_attempt():
+    """The last attempt is late. The message quotes what the server stated before."""
+    reasoner = LanguageModelReasoner(LateModel(), settings=ModelSettings(deadline_s=0.5))
+    with pytest.raises(ReasonerError, match=r"all workers are busy.*deadline of"):
+        reasoner.decide(ReasonerRequest(SCENE))
 
 
 @pytest.mark.parametrize("form", ["OpenRouter, proxy and provider", "refusal", "list of errors (Gemini)"])

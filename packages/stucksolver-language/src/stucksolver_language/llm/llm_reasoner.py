@@ -151,6 +151,7 @@ class LanguageModelReasoner:
     def _ask(self, query: _Query) -> ChatReply:
         """Run one exchange. Retry after a pause if the failure may be temporary and the deadline allows it."""
         pause, broken = FIRST_PAUSE_S, False
+        stated: TransientReasonerError | None = None
         tools = self._tools(query)
         must = DECIDE if len(tools) == 1 else None
         while True:
@@ -163,9 +164,11 @@ class LanguageModelReasoner:
                 if broken and error.trouble is TransientKind.BROKEN:
                     raise ReasonerError(f"{error}; twice in a row") from error
                 broken = error.trouble is TransientKind.BROKEN
+                # What the server stated before says more than that the last attempt was late.
+                stated = stated if stated is not None and error.trouble is TransientKind.LATE else error
                 wait = max(pause, error.after_s or 0.0)
                 if query.left_s() <= wait:
-                    raise ReasonerError(f"{error}; the deadline of {query.limit_s:g} s has passed") from error
+                    raise ReasonerError(f"{stated}; the deadline of {query.limit_s:g} s has passed") from error
                 self._cancelled.wait(wait)
                 pause *= 2
                 continue
