@@ -158,7 +158,7 @@ def test_attempts_are_remembered_for_the_reasoner_until_it_is_recovered():
         if world.time_s > 15.0:
             guard.policy = GuardPolicy(solid_line="autonomous")
 
-    seen = drive(world, 40.0, guard=guard, ladder=stubborn(), every_tick=yes_after_15_s)
+    seen = drive(world, 40.0, reasoner=RuleReasoner(), guard=guard, ladder=stubborn(), every_tick=yes_after_15_s)
     scenes = [e.scene for e in seen.events if e.kind is EventKind.DECIDED]
     lengths = [len(s.attempts) for s in scenes]
     assert lengths[0] == 0
@@ -175,7 +175,7 @@ def test_after_a_recovery_the_next_episode_starts_without_memories():
         if world.time_s > 12.0:
             world.sight_m = 400.0
 
-    seen = drive(world, 90.0, every_tick=clears_up)
+    seen = drive(world, 90.0, reasoner=RuleReasoner(), every_tick=clears_up)
     decided = [e for e in seen.events if e.kind is EventKind.DECIDED]
     assert any(e.scene.attempts for e in decided)
     assert decided[-1].scene.attempts == ()
@@ -186,7 +186,7 @@ def test_after_a_recovery_the_next_episode_starts_without_memories():
 def test_rejected_reasoner_gets_reason_at_once_then_cooldown():
     """A rejected reasoner is queried with the reason at once, and later only after the pause."""
     world = parked(sight_m=100.0)
-    seen = drive(world, 30.0, ladder=stubborn(cooldown_s=4.0))
+    seen = drive(world, 30.0, reasoner=RuleReasoner(), ladder=stubborn(cooldown_s=4.0))
     decided = [e for e in seen.events if e.kind is EventKind.DECIDED]
     assert decided[1].time_s - decided[0].time_s == pytest.approx(0.05)
     assert "oncoming_sight" in decided[1].scene.attempts[0].outcome

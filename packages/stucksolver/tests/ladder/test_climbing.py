@@ -180,7 +180,7 @@ def test_ladder_plan_timed_out_is_not_started_again():
     world = stuck()
     world._along = lambda directive: None
     world.cruise_mps = 0.0
-    seen = drive(world, 60.0, ladder=stubborn())
+    seen = drive(world, 60.0, reasoner=RuleReasoner(), ladder=stubborn())
     assert seen.kinds().count(EventKind.STARTED) == 1
     again = [e.verdict for e in seen.events if e.verdict and not e.verdict.accepted]
     assert again and all("failed before: timeout" in str(v) for v in again)

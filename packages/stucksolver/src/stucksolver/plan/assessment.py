@@ -53,6 +53,7 @@ class PlanAssessment(FrozenModel):
         offset_m: Lateral offset from the route's lane there (m, left positive).
         free_m: Free distance ahead there, at that offset (m), at most `MOST_FREE_M`.
         oncoming_m: Length of the paths in oncoming lanes (m).
+        passed: Ids of the objects ahead that are behind the ego at the end, if moving ones keep their speed.
     """
 
     step: int | None = None
@@ -64,6 +65,7 @@ class PlanAssessment(FrozenModel):
     offset_m: float = 0.0
     free_m: float = 0.0
     oncoming_m: float = 0.0
+    passed: tuple[str, ...] = ()
 
     @property
     def accepted(self) -> bool:

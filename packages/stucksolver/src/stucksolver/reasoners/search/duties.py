@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from stucksolver.plan import Analysis, GuidanceIntent, WaitLimits, WaitReason
-from stucksolver.reasoners.rules.analyze import NEAR_M
+from stucksolver.reasoners.rules.analyze import NEAR_M, red_light_within
 from stucksolver.reasoners.rules.deadlocks import FIRST_TURN_S
-from stucksolver.reasoners.rules.no_blocker import across_stuck_light
+from stucksolver.reasoners.rules.no_blocker import LIGHT_AHEAD_M, across_stuck_light
 from stucksolver.reasoners.rules.observe import crosses, drives, goes_first
 from stucksolver.reasoners.rules.resume_driving import SCENES, STANDS_S, may_hold
 from stucksolver.reasoners.search.behavior_grid import own_path_ahead
@@ -42,7 +42,9 @@ def _duty_on_free_road(scene: Scene) -> tuple[WaitReason | None, str] | None:
     """Return the duty of an ego that is stopped on a free road: the stack is given time to set off by itself."""
     if goes_first(scene) is None and scene.guidance is None and scene.ego.stopped_for_s < STANDS_S:
         return None, f"nothing is in the path, and the vehicle has been stopped for {scene.ego.stopped_for_s:.0f} s"
-    if across_stuck_light(scene) is not None:
-        return None  # The wait at a red light has exceeded its limit: an operator may approve crossing it.
+    light = red_light_within(scene, LIGHT_AHEAD_M)
+    if light is not None:
+        # After the limit of this wait, an operator may approve crossing the line.
+        return None if across_stuck_light(scene) is not None else (WaitReason.LIGHT, light)
     holds = may_hold(scene)
     return None if holds is None else (WaitReason.YIELD, holds)

@@ -22,7 +22,7 @@ from stucksolver.reasoners.search.plan_value import (
     value_m,
 )
 from stucksolver.reasoners.search.preparations import Steps, preparations
-from stucksolver.scene import RejectCode, Scene
+from stucksolver.scene import AttemptOutcome, RejectCode, Scene
 
 MOST_CHECKS = 400
 """Number of plans that one search assesses. A plan takes about a millisecond. Ours."""
@@ -82,12 +82,14 @@ class PlanSearch:
         scene: The scene.
         assess: The guard's assessment of a whole plan.
         fits: Returns True for plans that may be proposed at all, such as those that a passenger asks for.
+        passes: Id of an object that the plan must pass, if a passenger asks for that.
         most_checks: Number of plans to assess.
     """
 
     scene: Scene
     assess: PlanAssessor
     fits: Callable[[RecoveryPlan], bool]
+    passes: str | None = None
     most_checks: int = MOST_CHECKS
     _known: dict[Steps, Candidate] = field(default_factory=dict)
 
@@ -176,10 +178,17 @@ class PlanSearch:
             (
                 c
                 for c in self._known.values()
-                if c.possible and is_worth_driving(c.plan, c.assessment, max(free_now_m, 0.0))
+                if self._is_possible(c) and is_worth_driving(c.plan, c.assessment, max(free_now_m, 0.0))
             ),
             key=lambda c: -c.value,
         )
+
+    def _is_possible(self, candidate: Candidate) -> bool:
+        """True if a plan is possible, passes what it must pass, and needs no approval after a person has said no."""
+        declined = any(attempt.ended is AttemptOutcome.DECLINED for attempt in self.scene.attempts)
+        asks = any(item.approval for item in candidate.assessment.shortfalls)
+        passes = self.passes is None or self.passes in candidate.assessment.passed
+        return candidate.possible and passes and not (declined and asks)
 
     def _settled(self) -> bool:
         """True if a plan that needs nothing else is accepted, so that a refinement can hardly be better."""

@@ -19,7 +19,7 @@ from stucksolver.plan.behaviors import RequestAssistance
 from stucksolver.reasoners.reasoner import ReasonerAnswer, ReasonerRequest, ReasonerTrace
 from stucksolver.reasoners.rules.analyze import NEAR_M, analyse
 from stucksolver.reasoners.rules.deadlocks import assert_to_crossing, assert_to_merging, back_off
-from stucksolver.reasoners.rules.decide import FOR_US, NO_WAY_S, decide
+from stucksolver.reasoners.rules.decide import FOR_US, LEAD_RANGE_M, NO_WAY_S, decide
 from stucksolver.reasoners.rules.no_blocker import plan_for_request
 from stucksolver.reasoners.rules.observe import observe
 from stucksolver.reasoners.rules.pass_target import is_staying
@@ -82,7 +82,9 @@ class SearchReasoner:
         shown = None if lead is None else assert_to_crossing(scene, lead) or assert_to_merging(scene, lead)
         if shown is not None:
             return shown[0], shown[1][0], shown[1][1], analysis
-        result = PlanSearch(scene, assess, _filter(scene, asked)).run()
+        ahead = next((o.id for o in own_path_ahead(scene) if (o.gap_m or 0.0) < LEAD_RANGE_M), None)
+        overtakes = ahead if asked is GuidanceIntent.OVERTAKE else None
+        result = PlanSearch(scene, assess, _filter(scene, asked), overtakes).run()
         if result.best is not None and not self._holds(scene, result.best):
             return result.best.plan, None, _says(result.best), _explained(analysis, scene, result)
         analysis = _explained(analysis, scene, result)

@@ -160,6 +160,7 @@ class PlanPreview:
                 "progress_m": so_far.progress_m + sign * way_m,
                 "offset_m": end_d,
                 "free_m": _free_m(view, end_s, end_d),
+                "passed": _passed(self._view, end_s, duration_s),
                 "oncoming_m": so_far.oncoming_m + _oncoming_m(path, turned),
             }
         )
@@ -197,6 +198,13 @@ def _shortfall(reject: RejectReason, moving_ids: frozenset[str]) -> Shortfall:
         passing=traffic or (reject.code in NEAR and reject.object_id in moving_ids),
         approval=reject.code in ASKABLE,
     )
+
+
+def _passed(view: FrenetScene, s_m: float, after_s: float) -> tuple[str, ...]:
+    """Return the ids of the objects ahead of the ego that an ego at an arc length (m) has passed after a time (s)."""
+    there = view.s + np.maximum(view.vs, 0.0) * after_s
+    which = (view.s > view.ego_s) & (there + view.along < s_m - view.ego.length_m / 2)
+    return tuple(view.objects[int(i)].id for i in np.flatnonzero(which))
 
 
 def _free_m(view: FrenetScene, s_m: float, d_m: float) -> float:
