@@ -14,7 +14,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from stucksolver.plan.behaviors import REGISTRY, Behavior, ExecutorKind, parse_behavior
-from stucksolver.scene import Scene, SceneObject
+from stucksolver.scene import GuidanceIntent, Scene, SceneObject
 
 SPEEDS_MPS = (5.5, 2.2)
 """Speeds to try (m/s): just under the 20 km/h of a recovery, and walking pace."""
@@ -119,12 +119,23 @@ def _values(name: str, schema: dict[str, Any], scene: Scene) -> tuple[Any, ...]:
 
 def _numbers(name: str, schema: dict[str, Any], scene: Scene) -> tuple[float, ...]:
     if name == "speed_mps":
-        return SPEEDS_MPS
+        return _speeds_mps(scene)
     if name == "offset_m":
         return OFFSETS_M
     if name == "distance_m":
         return (*(past_m(scene, o) for o in own_path_ahead(scene)[:MOST_PASSED]), *ON_M)
     return (float(schema["default"]),) if "default" in schema else ()
+
+
+def _speeds_mps(scene: Scene) -> tuple[float, ...]:
+    """Return the speeds to try (m/s). A passenger who asks to overtake asks for more than the speed of a recovery."""
+    reading = None if scene.guidance is None else scene.guidance.reading
+    overtakes = reading is not None and reading.intent is GuidanceIntent.OVERTAKE
+    if not overtakes or scene.speed_limit_mps is None:
+        return SPEEDS_MPS
+    # Rounded down: the guard allows not a hair more than the limit.
+    limit_mps = math.floor(10.0 * scene.speed_limit_mps) / 10.0
+    return (*SPEEDS_MPS, limit_mps) if limit_mps > SPEEDS_MPS[0] else SPEEDS_MPS
 
 
 def _clipped(values: Iterable[Any], schema: dict[str, Any]) -> tuple[Any, ...]:
