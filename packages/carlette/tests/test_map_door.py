@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from carlette.errors import MapError
-from carlette.opendrive.map_file import LARGEST_MAP_BYTES, find_map, find_town, load_map, map_folders
+from carlette.opendrive.map_file import LARGEST_MAP_BYTES, MapFile, find_map, find_town, load_map, map_folders
 from carlette.safe_files import read_regular
 from carlette.world import map_trial
 from raw_client import Raw
@@ -181,11 +181,11 @@ def test_a_sound_text_is_loaded(raw: Raw, more: str) -> None:
 def test_a_map_that_is_not_built_in_time_is_refused(monkeypatch) -> None:
     monkeypatch.setattr(map_trial, "_reason", lambda text: time.sleep(3600.0))
     with pytest.raises(MapError, match="not built within"):
-        map_trial.try_out(ROAD, longest_s=0.1)
+        map_trial.try_out(MapFile("Slow", ROAD), longest_s=0.1)
 
 
 @pytest.mark.integration
 def test_map_trial_crashing_map_is_rejected() -> None:
     """A map that crashes its builder is rejected, even if it exceeds no limit."""
     with pytest.raises(MapError, match="crashes"):
-        map_trial.try_out(HARMFUL["a road without a line"])
+        map_trial.try_out(MapFile("Bad", HARMFUL["a road without a line"]))

@@ -170,14 +170,18 @@ def _serve(options: argparse.Namespace) -> int:
 
 
 def _simulator(options: argparse.Namespace) -> Simulator:
-    from carlette.opendrive.map_file import find_map, map_folders
-    from carlette.opendrive.road_network import RoadNetwork
+    from carlette.opendrive.faults import warning_of
+    from carlette.opendrive.map_file import check_opendrive, find_map, map_folders
     from carlette.simulator import Simulator
+    from carlette.world.map_trial import LONGEST_AT_START_S, open_roads
     from carlette.world.settings import EpisodeSettings
 
     folders = map_folders([item for many in options.maps for item in many.split(os.pathsep)])
+    file = find_map(options.map, folders)
     # Only the simulator refers to the first map, so that it is freed with its episode.
-    roads = RoadNetwork(find_map(options.map, folders))
+    roads = open_roads(file, LONGEST_AT_START_S)
+    if warning := warning_of(check_opendrive(file.text, file.source)):
+        print(f"carlette: warning: map '{file.source}': {warning}", file=sys.stderr)
     simulator = Simulator(roads, VERSIONS[options.client_version], folders, options.seed, options.recordings)
     simulator.world.settings = EpisodeSettings(synchronous=options.synchronous)
     return simulator

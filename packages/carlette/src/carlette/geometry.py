@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 
-FARTHEST = 1e7
+FARTHEST = 1e8
 """Bound on all numbers. No map, speed or force is larger; far beyond this, float32 and the carla library fail. Ours."""
 
 

@@ -14,9 +14,9 @@ from pathlib import Path
 from carlette.errors import SpawnCollisionError
 from carlette.geometry import Pose, Rotation, Vector
 from carlette.opendrive.map_file import find_map, map_folders
-from carlette.opendrive.road_network import RoadNetwork
 from carlette.traffic import Traffic
 from carlette.world.actor import Actor
+from carlette.world.map_trial import open_roads
 from carlette.world.spawn import spawn
 from carlette.world.world import World
 
@@ -47,7 +47,7 @@ def open_world(town: str, folders: Sequence[str | Path] = (), seed: int = 0) -> 
     Raises:
         MapError: There is no such town, or its file cannot be used.
     """
-    return World(RoadNetwork(find_map(town, map_folders([str(folder) for folder in folders]))), seed)
+    return World(open_roads(find_map(town, map_folders([str(folder) for folder in folders]))), seed)
 
 
 def populate(world: World, cars: int, seed: int = 0, model: str = CAR) -> list[Actor]:

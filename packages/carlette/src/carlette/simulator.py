@@ -23,7 +23,7 @@ from carlette.wire import encode
 from carlette.wire.encode import WORLD_STREAM, stream_token
 from carlette.wire.snapshot import MAP_CHANGE, sensor_header, world_header
 from carlette.world.actor import Actor
-from carlette.world.map_trial import try_out
+from carlette.world.map_trial import open_roads
 from carlette.world.settings import EpisodeSettings
 from carlette.world.world import World
 
@@ -110,7 +110,7 @@ class Simulator:
         roads = self.world.roads
         if name and name.rsplit("/", 1)[-1] != roads.file.name:
             is_sent = name.rsplit("/", 1)[-1] == SENT_MAP and self._sent is not None
-            roads = RoadNetwork(self._sent if is_sent and self._sent else find_town(name, self.folders))
+            roads = open_roads(self._sent if is_sent and self._sent else find_town(name, self.folders))
         self.start_episode(roads, None if reset_settings else self.world.settings)
 
     def load_text(self, text: str) -> None:
@@ -120,9 +120,8 @@ class Simulator:
             MapError: The text cannot be used.
         """
         check_bounds(check_opendrive(text, SENT_MAP), SENT_MAP)
-        try_out(text)
         sent = MapFile(SENT_MAP, text)
-        self.start_episode(RoadNetwork(sent), self.world.settings)
+        self.start_episode(open_roads(sent), self.world.settings)
         self._sent = sent
 
     @property

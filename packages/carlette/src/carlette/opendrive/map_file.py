@@ -9,6 +9,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from carlette.errors import MapError
+from carlette.opendrive.document import UnreadableDocumentError, decode, parse
 from carlette.opendrive.value_limits import check_bounds
 from carlette.safe_files import read_regular
 
@@ -35,6 +36,13 @@ class MapFile:
 
     name: str
     text: str
+    path: Path | None = None
+    """Its file, if it comes from one."""
+
+    @property
+    def source(self) -> str:
+        """Its file, else its name: for messages."""
+        return self.name if self.path is None else str(self.path)
 
 
 def map_folders(extra: Sequence[str]) -> list[Path]:
@@ -94,29 +102,37 @@ def find_map(town_or_file: str, folders: Sequence[Path]) -> MapFile:
 def load_map(path: Path) -> MapFile:
     """Read and check a file. Raises `MapError`."""
     try:
-        text = read_regular(path, LARGEST_MAP_BYTES).decode("utf-8")
+        text = decode(read_regular(path, LARGEST_MAP_BYTES))
     except FileNotFoundError:
         raise MapError(f"map file '{path}' does not exist; give the path of an OpenDRIVE .xodr file") from None
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or "it is not UTF-8 text"
-        raise MapError(f"map file '{path}' cannot be read: {reason}; give a readable OpenDRIVE file") from None
+    except OSError as error:
+        raise MapError(f"map file '{path}' cannot be read: {error.strerror}; give a readable OpenDRIVE file") from None
+    except UnreadableDocumentError as error:
+        raise MapError(f"map file '{path}' cannot be read: {error}") from None
     check_bounds(check_opendrive(text, str(path)), str(path))
-    return MapFile(path.stem, text)
+    return MapFile(path.stem, text, path)
 
 
 def check_opendrive(text: str, source: str) -> ElementTree.Element:
     """Return the root element. Raises `MapError` if `text` is not a map with driving lanes."""
     if not text.strip():
         raise MapError(f"map file '{source}' is empty; give an OpenDRIVE file with roads")
-    if "<!DOCTYPE" in text:
-        # The library's parser does not support entities, so it would read different numbers than this one.
-        raise MapError(f"map file '{source}' declares a document type; give an OpenDRIVE file without <!DOCTYPE>")
     try:
-        root = ElementTree.fromstring(text.encode("utf-8", "surrogateescape"))
-    except ElementTree.ParseError as error:
-        raise MapError(f"map file '{source}' is not valid XML ({error}); give an OpenDRIVE file") from None
+        root = parse(text)
+    except UnreadableDocumentError as error:
+        raise MapError(f"map file '{source}' {error}") from None
     if root.tag != "OpenDRIVE":
-        raise MapError(f"map file '{source}' has the root <{root.tag}>, not <OpenDRIVE>; give an OpenDRIVE file")
-    if not any(lane.get("type") == "driving" for lane in root.iter("lane")):
+        raise MapError(f"map file '{source}' has the root <{root.tag}>, not <OpenDRIVE>; {_root_remedy(root.tag)}")
+    if root.find("road") is None:
+        raise MapError(f"map file '{source}' has no <road>; give an OpenDRIVE file with roads")
+    lanes = root.iterfind("road/lanes/laneSection/*/lane")
+    if not any(lane.get("type", "").lower() == "driving" for lane in lanes):
         raise MapError(f"map file '{source}' has no lane of type 'driving'; carlette needs one to put cars on")
     return root
+
+
+def _root_remedy(tag: str) -> str:
+    prefix, _, name = tag.rpartition(":")
+    if name == "OpenDRIVE":
+        return f"the carla library reads no prefixes: remove '{prefix}:', as in <OpenDRIVE xmlns=...>"
+    return "give an OpenDRIVE file"

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 from typing import Any, NamedTuple
+from xml.etree import ElementTree
 
 from carlette.errors import MapError
 from carlette.geometry import Pose, Rotation, Vector
+from carlette.opendrive.faults import explain
 from carlette.opendrive.map_file import MapFile, check_opendrive
 from carlette.opendrive.speed_limit_boxes import SpeedBoxes, read_speed_boxes
 
@@ -34,10 +36,10 @@ class RoadNetwork:
 
     def __init__(self, file: MapFile) -> None:
         """Raise `MapError` if the client's library cannot load the file as a map."""
-        check_opendrive(file.text, file.name)
+        root = check_opendrive(file.text, file.source)
         self.file = file
-        self.carla: Any = _carla()
-        self.map: Any = self._build()
+        self.carla: Any = carla_library()
+        self.map: Any = self._build(root)
         self.speed_boxes: SpeedBoxes = read_speed_boxes(self.carla, self.map)
 
     def __getstate__(self) -> MapFile:
@@ -46,14 +48,18 @@ class RoadNetwork:
     def __setstate__(self, file: MapFile) -> None:
         self.__init__(file)  # type: ignore[misc]
 
-    def _build(self) -> Any:
+    def _build(self, root: ElementTree.Element) -> Any:
+        source = self.file.source
         try:
             built = self.carla.Map(self.file.name, self.file.text)
             drivable = built.generate_waypoints(5.0)
-        except RuntimeError as error:
-            raise MapError(f"map '{self.file.name}' is rejected by the carla library: {error}") from None
+        except Exception as error:  # noqa: BLE001
+            # The library raises whatever its C++ code throws, such as an `IndexError` of a missing road.
+            raise MapError(f"map '{source}' is rejected by the carla library ({error}): {explain(root)}") from None
         if not drivable:
-            raise MapError(f"map '{self.file.name}' has no driving lane; give a map with roads to drive on")
+            raise MapError(f"map '{source}' has no driving lane; give a map with roads to drive on")
+        if not any(waypoint.lane_width > 0.0 for waypoint in drivable):
+            raise MapError(f"map '{source}' has no driving lane of any width: {explain(root)}")
         return built
 
     def waypoint(self, point: Vector) -> Any:
@@ -89,7 +95,8 @@ def _above(waypoint: Any) -> Pose:
     )
 
 
-def _carla() -> Any:
+def carla_library() -> Any:
+    """Return the client's module. Raises `MapError` if it is not installed."""
     try:
         import carla
     except ImportError:

@@ -10,6 +10,7 @@ from typing import Any
 from xml.etree import ElementTree
 
 from carlette.geometry import Box, Pose, Rotation, Vector, wrap_degrees
+from carlette.opendrive.document import id_as_read
 from carlette.opendrive.road_network import RoadNetwork
 
 _TRIGGERS: dict[str, tuple[tuple[float, float, float], ...]] = {
@@ -115,7 +116,7 @@ def read_signals(roads: RoadNetwork, root: ElementTree.Element) -> list[Signal]:
     """
     turns = _turns(root, roads.file.name)
     missing = _unnamed_in_junctions(root, turns)
-    lengths = {int(road.get("id", "0")): float(road.get("length", "0")) for road in root.iter("road")}
+    lengths = {id_as_read(road.get("id")): float(road.get("length") or 0.0) for road in root.iter("road")}
     governed = _governed_lanes(roads, lengths)
     signals = []
     for key in _signal_ids(root):

@@ -266,7 +266,7 @@ class World:
             actor = self.enter(
                 ACTOR_TYPES[signal.type], ActorKind.LIGHT if is_light else ActorKind.SIGN, signal.pose, signal.box
             )
-            self.bodies.record["sign_id"][actor.row] = signal.id.encode()[:31]
+            self.bodies.record["sign_id"][actor.row] = signal.id.encode()[:31].decode(errors="ignore").encode()
             if is_light:
                 yaw = np.radians(signal.pose.rotation.yaw)
                 actor.index = self.signals.lights.append(

@@ -59,9 +59,7 @@ def signs(root: ElementTree.Element, roads: list[SampledRoad], signals: list[Sig
     """Return sign meshes with their positions (3,)."""
     made: list[tuple[Mesh, Floats]] = []
     governed = {item.id: item for item in signals if item.type != LIGHT_TYPE}
-    by_id = {road.id: road for road in roads}
-    for element in root.findall("road"):
-        road = by_id[int(element.get("id", "0"))]
+    for element, road in zip(root.findall("road"), roads, strict=True):
         for item in [*element.iterfind("signals/signal"), *element.iterfind("objects/object")]:
             kind = kind_of(item.get("name", ""), item.get("type", ""), item.get("value", ""))
             if kind is None:
@@ -77,9 +75,7 @@ def signs(root: ElementTree.Element, roads: list[SampledRoad], signals: list[Sig
 def stencils(root: ElementTree.Element, roads: list[SampledRoad]) -> list[Mesh]:
     """Return letters, arrows and single stop lines painted on the road."""
     made = []
-    by_id = {road.id: road for road in roads}
-    for element in root.findall("road"):
-        road = by_id[int(element.get("id", "0"))]
+    for element, road in zip(root.findall("road"), roads, strict=True):
         for item in element.iterfind("objects/object"):
             builder = _stencil(item.get("name", ""))
             if builder is not None:

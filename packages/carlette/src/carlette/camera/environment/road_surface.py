@@ -63,7 +63,7 @@ class Pavement:
     """Quads of all lanes, (n, 4, 2) (m). Nothing else may be placed there."""
     driving: list[Floats] = field(default_factory=list)
     """Quads of the driving lanes."""
-    junctions: dict[int, list[Floats]] = field(default_factory=dict)
+    junctions: dict[str, list[Floats]] = field(default_factory=dict)
     """Quads (n, 4, 3) of the lanes of each junction."""
     edges: list[tuple[SampledRoad, Floats, Floats]] = field(default_factory=list)
     """Outermost borders: road, world points (n, 3) and outward directions (n, 2), each about a step apart."""
@@ -105,15 +105,15 @@ def _lane(made: Pavement, road: SampledRoad, s: Floats, place: tuple[SampledLane
     lane, inner, outer = place
     if np.abs(outer - inner).max() < 0.01:
         return
-    plain = JUNCTION if road.junction >= 0 else ASPHALT
+    plain = JUNCTION if road.junction else ASPHALT
     color, tag = _FLOORS.get(lane.kind, (plain, tags.ROAD))
-    if road.junction >= 0 and color == GUTTER:
+    if road.junction and color == GUTTER:
         color = plain  # inside junctions, a gutter would cross lanes
     up_m = _RAISED.get(lane.kind, 0.0)
     strip = _strip(road, s, inner, outer, up_m, up_m)
     made.floor.append(quads(strip, color, tag))
     made.lanes.append(strip[..., :2])
-    if road.junction >= 0:
+    if road.junction:
         made.junctions.setdefault(road.junction, []).append(strip)
     if (color, tag) == (plain, tags.ROAD):
         made.driving.append(strip[..., :2])
@@ -155,7 +155,7 @@ def _outside(made: Pavement, road: SampledRoad, s: Floats, borders: list[tuple[S
         t = side[-1][2] if side else road.offset.value_at(s)
         up_m = _RAISED.get(lane.kind, 0.0) if lane else 0.0
         made.floor.append(
-            quads(_wall(road, s, t, up_m, sign, SKIRT_M), JUNCTION if road.junction >= 0 else SOIL, tags.TERRAIN)
+            quads(_wall(road, s, t, up_m, sign, SKIRT_M), JUNCTION if road.junction else SOIL, tags.TERRAIN)
         )
         points, beyond = road.points(s, t), road.points(s, t + sign)
         made.edges.append((road, points, (beyond - points)[:, :2]))

@@ -12,6 +12,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from carlette.geometry import Floats
+from carlette.opendrive.document import id_as_read, number_as_read
 
 LONGEST_STEP_M = 8.0
 """Longest quad of a straight, flat road (m). Ours."""
@@ -83,7 +84,8 @@ class SampledRoad:
     """One road."""
 
     id: int
-    junction: int
+    junction: str
+    """Id of its junction; empty outside of junctions."""
     length: float
     kind: str
     pieces: list[tuple[float, float, float, float, float, str, tuple[float, ...]]]
@@ -144,9 +146,10 @@ def _read_road(element: ElementTree.Element) -> SampledRoad:
     length = float(element.get("length", "0"))
     kind = element.find("type")
     lanes = element.find("lanes")
+    junction = element.get("junction", "-1").strip()
     road = SampledRoad(
-        int(element.get("id", "0")),
-        int(element.get("junction", "-1")),
+        id_as_read(element.get("id")),
+        "" if junction == "-1" else junction,
         length,
         kind.get("type", "town") if kind is not None else "town",
         [_read_piece(item) for item in element.findall("planView/geometry")],
@@ -174,7 +177,7 @@ def _read_section(element: ElementTree.Element, start: float, end: float) -> Sam
 
 def _read_lane(element: ElementTree.Element, start: float) -> SampledLane:
     width = _cubic(element.findall("width"), "sOffset")
-    return SampledLane(int(element.get("id", "0")), element.get("type", "none"), width, _marks(element, start))
+    return SampledLane(number_as_read(element.get("id")), element.get("type", "none"), width, _marks(element, start))
 
 
 def _marks(lane: ElementTree.Element, start: float) -> list[SampledMarking]:

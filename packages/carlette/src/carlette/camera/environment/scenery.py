@@ -60,7 +60,7 @@ def scenery(pavement: Pavement, seed: int, taken: list[tuple[float, float]]) -> 
     made: list[Item] = []
     for number, (road, points, outward) in enumerate(pavement.edges):
         random = Random(f"{seed}:{road.id}:{number}")
-        if road.junction < 0:
+        if not road.junction:
             made.extend(_lamps(road, points, outward, random))
         made.extend(_plots(road, points, outward, random, sites))
     return made
