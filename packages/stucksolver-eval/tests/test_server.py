@@ -71,6 +71,28 @@ def test_server_missing_map_error_is_forwarded_in_one_line(tmp_path: Path) -> No
     assert "'Nowhere'" in message and str(tmp_path) in message
 
 
+@pytest.mark.parametrize(
+    ("output", "code", "message"),
+    [
+        ("WARNING: cannot parse georeference: 'x'. Using default values.", 139, "ended by SIGSEGV at its start"),
+        ("carlette: error: map 'x' is empty\nWARNING: cannot parse georeference: 'x'.", 2, "map 'x' is empty"),
+        ("Traceback (most recent call last):\nKeyError: 'x'\nWARNING: odd", 1, "KeyError: 'x'"),
+    ],
+)
+def test_server_start_failure_is_not_a_warning_of_the_library(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, output: str, code: int, message: str
+) -> None:
+    """The reason is carlette's error, the last line of a traceback, or the signal."""
+    end = f"kill -SEGV $$; exit {code}" if code == 139 else f"exit {code}"
+    program = tmp_path / "carlette"
+    program.write_text(f"#!/bin/sh\ncat >&2 <<'END'\n{output}\nEND\n{end}\n", encoding="utf-8")
+    program.chmod(stat.S_IRWXU)
+    monkeypatch.setattr(servers, "sys", SimpleNamespace(executable=str(program)))
+    with pytest.raises(ServerError) as told, carlette_server("demo_town"):
+        pass
+    assert message in str(told.value) and "WARNING" not in str(told.value)
+
+
 def test_a_server_that_died_is_noticed() -> None:
     with carlette_server("demo_town") as server:
         assert server.process is not None

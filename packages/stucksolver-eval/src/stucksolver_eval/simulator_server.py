@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import importlib.metadata
+import signal
 import subprocess
 import sys
 import threading
@@ -21,6 +22,7 @@ SCENERY_LIMIT_S = 180.0
 """Time limit of the start with the scenery (s): long if nothing is compiled yet, on a busy machine. Ours."""
 CLIENT_TIMEOUT_S = 15.0
 """Time limit of a client's call (s). Ours."""
+_ERROR = "carlette: error: "
 SERVED = ("0.9.15", "0.9.16")
 
 
@@ -109,14 +111,26 @@ def _listening(process: subprocess.Popen[str], limit_s: float) -> SimulatorServe
     finally:
         watchdog.cancel()
     if "listening on " not in line:
-        process.wait()
-        output = process.stderr.read().strip() or f"no answer within {limit_s:.0f} s"
-        # The last line is the message. A traceback may precede it.
-        raise ServerError(output.splitlines()[-1].removeprefix("carlette: ").removeprefix("error: "))
+        raise ServerError(_why_not(process, limit_s))
     host, _, port = line.split("listening on ", 1)[1].split()[0].rpartition(":")
     threading.Thread(target=_drain, args=(process.stdout,), daemon=True).start()
     threading.Thread(target=_drain, args=(process.stderr,), daemon=True).start()
     return SimulatorServer(host, int(port), process)
+
+
+def _why_not(process: subprocess.Popen[str], limit_s: float) -> str:
+    """Return the reason why the process has ended: its error, else its signal, else its last line."""
+    assert process.stderr is not None
+    # The carla library writes warnings of its own, also after the error.
+    lines = [line for line in process.stderr.read().splitlines() if line.strip() and not line.startswith("WARNING")]
+    code = process.wait()
+    for line in lines:
+        if line.startswith(_ERROR):
+            return line.removeprefix(_ERROR)
+    if code == -signal.SIGKILL:
+        return f"no answer within {limit_s:.0f} s"
+    ended = f"by {signal.Signals(-code).name}" if code < 0 else f"with exit code {code}"
+    return lines[-1] if lines else f"the simulator ended {ended} at its start; run `carlette` with the same --map"
 
 
 def _drain(stream: object) -> None:

@@ -121,3 +121,41 @@ def test_entities_cannot_be_declared(tmp_path: Path) -> None:
 def test_a_missing_file_is_named(tmp_path: Path) -> None:
     with pytest.raises(RouteFileError, match=r"cannot read file: .*nowhere\.xml"):
         read_routes(tmp_path / "nowhere.xml")
+
+
+FORMAT_1 = """<?xml version='1.0' encoding='UTF-8'?>
+<routes>
+  <route id="7" town="Town05">
+    <weather id="Custom" cloudiness="20.0" sun_altitude_angle="45.0"/>
+    <waypoint pitch="360.0" roll="0.0" x="193.9" y="-154.1" yaw="270.5" z="0.2"/>
+    <waypoint pitch="0.0" roll="0.0" x="151.5" y="-189.0" yaw="180.0" z="0.0" connection="RoadOption.LEFT"/>
+    <waypoint x="101" y="-189"/>
+  </route>
+</routes>
+"""
+
+
+def test_route_file_of_format_1_is_read_as_plain_routes(tmp_path: Path) -> None:
+    """The waypoints are the route's own elements. There are no scenarios in such a file."""
+    path = tmp_path / "longest.xml"
+    path.write_text(FORMAT_1, "utf-8")
+    (route,) = read_routes(path)
+    assert (route.id, route.town, route.scenarios) == ("7", "Town05", ())
+    assert route.waypoints == (Position(193.9, -154.1, 0.2), Position(151.5, -189.0, 0.0), Position(101.0, -189.0, 0.0))
+    assert route.weathers == (WeatherKey(0.0, {"cloudiness": 20.0, "sun_altitude_angle": 45.0}),)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (FORMAT_1.replace('x="101" y="-189"', 'x="101"'), "line 7: <waypoint> has no y"),
+        ("<routes><route id='7' town='Town05'><waypoint x='1' y='2'/></route></routes>", "<waypoint> in format 1.0"),
+    ],
+    ids=["incomplete", "one waypoint"],
+)
+def test_mistake_in_route_file_of_format_1_is_named(tmp_path: Path, text: str, words: str) -> None:
+    path = tmp_path / "longest.xml"
+    path.write_text(text, "utf-8")
+    with pytest.raises(RouteFileError) as caught:
+        read_routes(path)
+    assert words in str(caught.value) and str(path) in str(caught.value)

@@ -139,13 +139,14 @@ def test_a_trigger_off_the_route_is_named(tmp_path: Path) -> None:
     assert "Far_1" in outcome.reason and "off the route" in outcome.reason
 
 
-def test_evaluation_missing_map_names_searched_folder(tmp_path: Path) -> None:
-    """A route whose map is missing crashes with a reason that names the map and the searched folder."""
-    assert evaluate(suite(tmp_path, 1, town="Nowhere"), tmp_path / "out", "--maps", str(tmp_path)) == 1
-    store = ResultStore(tmp_path / "out")
-    outcome = store.outcome(store.routes()[0], 1)
-    assert outcome is not None and outcome.state == "crashed"
-    assert "Nowhere" in outcome.reason and str(tmp_path) in outcome.reason
+def test_evaluation_missing_map_is_refused_before_the_first_drive(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """One line names the towns, the number of routes, the searched folder and the option; nothing is written."""
+    assert evaluate(suite(tmp_path, 2, town="Nowhere"), tmp_path / "out", "--maps", str(tmp_path)) == 2
+    line = capsys.readouterr().err
+    assert line.count("\n") == 1 and not (tmp_path / "out").exists()
+    assert "no map of Nowhere for 2 of 2 routes" in line and str(tmp_path) in line and "--maps" in line
 
 
 def test_what_cannot_be_run_is_refused_before_anything_is_written(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from xml.etree import ElementTree
@@ -91,12 +91,23 @@ def find_map(town_or_file: str, folders: Sequence[Path]) -> MapFile:
         return load_map(Path(town_or_file))
     name = town_or_file.rsplit("/", 1)[-1]
     towns = available_towns(folders)
-    path = towns.get(name) or towns.get(name.removesuffix(OPTIMIZED))
+    path = file_of(name, towns)
     if path is None:
-        places = ", ".join(f"{folder}" if folder.is_dir() else f"{folder} (no such folder)" for folder in folders)
         known = ", ".join(sorted(towns)) or "none"
-        raise MapError(f"map '{name}' not found in {places} (towns there: {known}); name one of them or a .xodr file")
+        raise MapError(
+            f"map '{name}' not found in {named(folders)} (towns there: {known}); name one of them or a .xodr file"
+        )
     return replace(load_map(path), name=name)
+
+
+def file_of(town: str, towns: Mapping[str, Path]) -> Path | None:
+    """Return the file of a town's name among `available_towns`. A variant with layers has the file of its town."""
+    return towns.get(town) or towns.get(town.removesuffix(OPTIMIZED))
+
+
+def named(folders: Sequence[Path]) -> str:
+    """Return the searched folders, for messages."""
+    return ", ".join(f"{folder}" if folder.is_dir() else f"{folder} (no such folder)" for folder in folders)
 
 
 def load_map(path: Path) -> MapFile:

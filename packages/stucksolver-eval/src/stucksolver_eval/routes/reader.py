@@ -1,4 +1,8 @@
-"""Reads the leaderboard's route XML. Errors name the file, the line and the remedy."""
+"""Reads the leaderboard's route XML, of format 2.0 (Bench2Drive) or 1.0 (Longest6, LAV, LMDrive).
+
+In format 1.0 a route holds its waypoints itself. Its scenarios are in another file, which is not read. Errors name the
+file, the line and the remedy.
+"""
 
 from __future__ import annotations
 
@@ -11,6 +15,8 @@ from xml.parsers import expat
 from stucksolver_eval.routes.route import Position, Route, RoutePose, ScenarioSpec, WeatherKey
 
 _NOT_PARAMETERS = ("trigger_point",)
+_NOT_WEATHER = ("id", "name")
+"""Attributes of a weather in format 1.0 that are labels."""
 
 
 class RouteFileError(ValueError):
@@ -44,6 +50,12 @@ class _Element:
 
     def all(self, tag: str) -> Iterator[_Element]:
         return (child for child in self.children if child.tag == tag)
+
+    def inside(self, holders: str, tag: str, old: str = "") -> Iterator[_Element]:
+        """Yield the children `tag` of all `holders`, then the own children `old` of format 1.0."""
+        for holder in self.all(holders):
+            yield from holder.all(tag)
+        yield from self.all(old)
 
 
 def _parse(path: Path) -> _Element:
@@ -85,11 +97,15 @@ class _RouteFileReader:
 
     def route(self, element: _Element) -> Route:
         name = self._text(element, "id")
-        waypoints = tuple(self._position(p) for holder in element.all("waypoints") for p in holder.all("position"))
+        waypoints = tuple(self._position(p) for p in element.inside("waypoints", "position", old="waypoint"))
         if len(waypoints) < 2:
-            raise self.error(element, f"route {name} has {len(waypoints)} waypoints", "give it at least two <position>")
-        weathers = (w for holder in element.all("weathers") for w in holder.all("weather"))
-        scenarios = (s for holder in element.all("scenarios") for s in holder.all("scenario"))
+            raise self.error(
+                element,
+                f"route {name} has {len(waypoints)} waypoints",
+                "give it at least two <position> in <waypoints>, or <waypoint> in format 1.0",
+            )
+        weathers = element.inside("weathers", "weather", old="weather")
+        scenarios = element.inside("scenarios", "scenario")
         return Route(
             id=name,
             town=self._text(element, "town"),
@@ -121,7 +137,7 @@ class _RouteFileReader:
         )
 
     def _weather(self, element: _Element) -> WeatherKey:
-        values = {name: self._number(element, name) for name in element.attributes}
+        values = {name: self._number(element, name) for name in element.attributes if name not in _NOT_WEATHER}
         return WeatherKey(values.pop("route_percentage", 0.0), values)
 
     def _position(self, element: _Element) -> Position:

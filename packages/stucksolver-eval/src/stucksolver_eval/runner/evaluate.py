@@ -18,6 +18,7 @@ from stucksolver_eval.results.manifest import EvaluationManifest, file_digest, s
 from stucksolver_eval.results.store import DONE, ResultStore, StoreError
 from stucksolver_eval.routes import Route
 from stucksolver_eval.runner.job import Replays, RouteJob
+from stucksolver_eval.runner.map_preflight import require_maps
 from stucksolver_eval.runner.pool import RouteProgress, run_tasks
 from stucksolver_eval.runner.progress import ProgressDisplay
 from stucksolver_eval.runner.route_process import RouteTask
@@ -75,7 +76,9 @@ def evaluate(spec: EvaluationSpec) -> ResultStore:
     alike = None if spec.reuse is None else _alike(spec.reuse, manifest)
     if spec.host is not None and spec.cluster is None:
         check_remote(spec.host, spec.port)
-    for note in preflight_arm(spec.arm):
+    if spec.host is None and spec.cluster is None:
+        require_maps(routes, spec.maps)
+    for note in (*preflight_arm(spec.arm), *_notes(routes)):
         print(f"note: {note}", file=sys.stderr, flush=True)
     store.begin(manifest, routes, spec.resume)
     require_writable(spec.out)
@@ -90,6 +93,14 @@ def evaluate(spec: EvaluationSpec) -> ResultStore:
     total = len(routes) * len(spec.seeds)
     _watch(store, _run(spec, tasks), ProgressDisplay(total, total - len(tasks), sys.stderr))
     return store
+
+
+def _notes(routes: tuple[Route, ...]) -> Iterator[str]:
+    if not any(route.scenarios for route in routes):
+        yield (
+            "no route has a scenario: there is background traffic only "
+            "(route files of format 1.0 have their scenarios in another file, which is not read)"
+        )
 
 
 def _alike(folder: Path, manifest: EvaluationManifest) -> ResultStore:

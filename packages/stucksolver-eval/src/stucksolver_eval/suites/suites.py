@@ -12,7 +12,7 @@ DATA = Path(__file__).with_name("data")
 
 
 class SuiteError(ValueError):
-    """There is no such suite, or no guidance for it. The message names the existing ones."""
+    """There is no such suite, no guidance or no map for it. The message names the remedy."""
 
 
 @dataclass(frozen=True)
