@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from pathlib import Path
 
 import pytest
@@ -11,7 +12,7 @@ from carlette.maps import DEMO_TOWN
 
 carla = pytest.importorskip("carla")
 
-from stucksolver_eval.streets.finder import MIN_LENGTH_M, StreetError, find_streets  # noqa: E402
+from stucksolver_eval.streets.finder import MIN_LENGTH_M, StreetError, choose_street, find_streets  # noqa: E402
 
 FOLDERS = [Path(folder) for folder in os.environ.get("STUCKSOLVER_MAPS", "").split(os.pathsep) if folder]
 KINDS = {
@@ -111,3 +112,14 @@ def test_a_map_without_driving_lanes_is_named():
     text = DEMO_TOWN.read_text(encoding="utf-8").replace('type="driving"', 'type="sidewalk"')
     with pytest.raises(StreetError, match="no driving lane outside junctions: map empty"):
         find_streets(carla.Map("empty", text), "any", seed=0)
+
+
+def test_street_far_from_the_origin_is_rejected_with_remedy() -> None:
+    """At the coordinates of a UTM zone the client's positions come in steps of half a meter."""
+    far = re.sub(
+        r'(<geometry [^>]*y=")([^"]+)',
+        lambda found: f"{found[1]}{float(found[2]) + 5.33e6}",
+        DEMO_TOWN.read_text("utf-8"),
+    )
+    with pytest.raises(StreetError, match=r"map far: coordinates of 5\.33e\+06 m, .* steps of 0\.5 m"):
+        choose_street(carla.Map("far", far), "any", seed=0, length_m=170)

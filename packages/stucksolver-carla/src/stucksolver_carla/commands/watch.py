@@ -36,13 +36,16 @@ def run(options: argparse.Namespace) -> int:
     """
     from stucksolver.atomic_files import OutputError, require_writable
     from stucksolver_carla.client_connection import ServerError, connect, remote_server
+    from stucksolver_carla.map_trial import require_readable_map
     from stucksolver_carla.observer import VehicleNotFoundError, VehicleObserver
 
     ladder = chosen_ladder(options.ladder)
     try:
         if options.out is not None:
             require_writable(options.out)
-        client = connect(remote_server(options.host, options.port), 10.0)
+        server = remote_server(options.host, options.port)
+        client = connect(server, 10.0)
+        require_readable_map(server, 10.0)
         sensors = options.perception != PERCEPTIONS[0]
         observer = VehicleObserver(client.get_world(), options.role, ladder, options.out, lambda event: None, sensors)
     except (ServerError, VehicleNotFoundError, OutputError) as error:

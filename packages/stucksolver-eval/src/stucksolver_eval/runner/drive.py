@@ -12,6 +12,7 @@ from stucksolver.solver import Event
 from stucksolver_carla.client_connection import SimulatorServer, connect
 from stucksolver_carla.drivers.behavior import DriverOptions, RoutePoint
 from stucksolver_eval.background_traffic import Background
+from stucksolver_eval.coarse_positions import coarse_positions
 from stucksolver_eval.criteria import EgoTick
 from stucksolver_eval.criteria.monitor import CriteriaMonitor
 from stucksolver_eval.criteria.route_timeout import TIMED_OUT
@@ -36,6 +37,7 @@ from stucksolver_eval.scenario_context import ScenarioContext
 from stucksolver_eval.scenarios.player import ScenarioPlayer
 from stucksolver_eval.simulator_server import CLIENT_TIMEOUT_S, set_synchronous
 from stucksolver_eval.systems import make_arm
+from stucksolver_eval.systems.factory import NONE, TIMERS
 from stucksolver_eval.systems.solver_system import SolverSystem
 from stucksolver_eval.systems.system_under_test import SystemUnderTest, TickInfo
 
@@ -77,6 +79,8 @@ def drive_route(job: RouteJob, server: SimulatorServer, progress: Callable[[floa
 def _drive(job: RouteJob, client: carla.Client, world: carla.World, progress: Callable[[float], None]) -> RouteResult:
     carla_map = world.get_map()
     line = RouteLine.trace(carla_map, job.route.waypoints)
+    if job.arm.recovery not in (NONE, TIMERS) and (coarse := coarse_positions(line.waypoints)):
+        raise DriveError(f"route {job.route.id} has {coarse}")
     hero = _hero(world, line)
     knows = knowledge_of(job, hero, carla_map)
     for _ in range(SETTLE_TICKS):

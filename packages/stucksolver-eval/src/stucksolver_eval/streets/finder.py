@@ -13,6 +13,7 @@ from typing import Literal
 
 import carla
 
+from stucksolver_eval.coarse_positions import coarse_positions
 from stucksolver_eval.streets.stretches import (
     Line,
     StreetKind,
@@ -122,12 +123,16 @@ def find_streets(
 def choose_street(carla_map: carla.Map, road: StreetKind | Literal["any"], seed: int, length_m: int) -> Street:
     """Return the best street: one with enough sight distance of the oncoming lane for a pass, else any.
 
-    If any kind of road is allowed, streets with one lane each way come first. Raises `StreetError` if there is none.
+    If any kind of road is allowed, streets with one lane each way come first. Raises `StreetError` if there is none,
+    or if positions on the map are too coarse for a plan.
     """
     streets = find_streets(carla_map, road, seed, length_m)
     if road == "any":
         streets.sort(key=lambda street: street.kind != "one_lane")
-    return next((street for street in streets if _is_open(street)), streets[0])
+    chosen = next((street for street in streets if _is_open(street)), streets[0])
+    if coarse := coarse_positions(chosen.waypoints):
+        raise StreetError(f"map {carla_map.name}: {coarse}")
+    return chosen
 
 
 def _is_open(street: Street) -> bool:

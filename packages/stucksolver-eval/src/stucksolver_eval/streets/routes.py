@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from stucksolver_carla.client_connection import ServerError, connect
+from stucksolver_carla.map_trial import require_readable_map
 from stucksolver_eval.routes import Position, Route, RoutePose, ScenarioSpec
 from stucksolver_eval.simulator_server import CLIENT_TIMEOUT_S, open_server
 
@@ -37,6 +38,7 @@ def with_map(where: SimulatorTarget, find: Callable[[Any, Any], Found]) -> Found
         try:
             client = connect(server, CLIENT_TIMEOUT_S)
             world = client.get_world() if where.host is None else client.load_world(where.map_name)
+            require_readable_map(server, CLIENT_TIMEOUT_S)
             return find(world, world.get_map())
         except RuntimeError as error:
             if isinstance(error, ServerError):
