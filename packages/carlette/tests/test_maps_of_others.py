@@ -81,6 +81,10 @@ REFUSED = {
         document(road(plan='<geometry s="0" x="0" y="0" hdg="0" length="200"/>')),
         "road 1: a <geometry> has no shape",
     ),
+    "arc without curvature": (
+        document(road().replace("<line/>", '<arc curvature="0.0"/>')),
+        "no lane has a position: road 1: an <arc> has the curvature 0",
+    ),
     "lane offset that begins late": (
         document(road(lanes='<laneOffset s="7.5" a="0" b="0" c="0" d="0"/>' + section())),
         "road 1: the first <laneOffset> is at s=7.5",
@@ -217,6 +221,15 @@ def test_unreadable_map_file_is_rejected_with_remedy(tmp_path: Path, data: bytes
 def test_doubtful_map_is_loaded_with_warning(text: str, words: str) -> None:
     open_roads(as_map(text))
     assert words in warning_of(parse(text))
+
+
+def test_lane_without_position_has_no_spawn_point() -> None:
+    """The library gives NaN on an arc of curvature 0. The other road can be driven on."""
+    bent = road("2", y=50.0).replace("<line/>", '<arc curvature="0.0"/>')
+    roads = open_roads(as_map(document(road() + bent)))
+    places = roads.spawn_points()
+    assert places and all(place.is_finite() for place in places)
+    assert "road 2: an <arc> has the curvature 0" in warning_of(parse(roads.file.text))
 
 
 def test_command_prints_warning_of_doubtful_map(tmp_path: Path) -> None:

@@ -83,6 +83,8 @@ def _road_faults(road: ElementTree.Element) -> Iterator[str]:
     for geometry in road.iterfind("planView/geometry"):
         if not len(geometry) or geometry[0].tag not in _SHAPES:
             yield f"{name}: a <geometry> has no shape; give it a <line/> or another one"
+        elif geometry[0].tag == "arc" and not float(geometry[0].get("curvature") or 0.0):
+            yield f"{name}: an <arc> has the curvature 0, where the carla library computes no position; write <line/>"
     for section in road.iterfind("lanes/laneSection"):
         yield from _section_faults(name, section)
 

@@ -85,7 +85,9 @@ class RoadNetwork:
         driving = self.carla.LaneType.Driving
         sampled = self.map.generate_waypoints(SPAWN_SPACING_M)
         outside = [item for item in sampled if not item.is_junction and item.lane_type == driving]
-        return [_above(item) for item in outside or sampled]
+        places = [_above(item) for item in outside or sampled]
+        # The library gives no position on an arc of curvature 0.
+        return [place for place in places if place.is_finite()]
 
 
 def _above(waypoint: Any) -> Pose:

@@ -112,9 +112,7 @@ def _reason(file: MapFile) -> str:
         if isinstance(error, MapError):
             return str(error)
         return f"map '{file.source}' cannot be used ({type(error).__name__}: {error}): {explain(parse(file.text))}"
-    if all(place.is_finite() for place in places):
-        return ""
-    return f"map '{file.source}': a lane has no position: its coordinates are not numbers"
+    return "" if places else f"map '{file.source}': no lane has a position: {explain(parse(file.text))}"
 
 
 def _look_around(roads: RoadNetwork) -> None:
