@@ -21,6 +21,8 @@ from straight import straight_road
 pytest.importorskip("carla")
 
 ROAD = straight_road()
+LATE = ROAD.replace("<laneSection", '<laneOffset s="5" a="0" b="0" c="0" d="0"/><laneSection')
+"""A map on which the library crashes."""
 PARAMETERS = [2.0, 50.0, 1.0, 0.6, True, True, True]
 
 
@@ -29,6 +31,7 @@ def folder(tmp_path_factory) -> Path:
     """Of towns: one that is good, and what else may lie there."""
     here: Path = tmp_path_factory.mktemp("towns")
     (here / "Good.xodr").write_text(ROAD, "utf-8")
+    (here / "Late.xodr").write_text(LATE, "utf-8")
     os.mkfifo(here / "Pipe.xodr")
     (here / "Folder.xodr").mkdir()
     (here / "Zero.xodr").symlink_to("/dev/zero")
@@ -87,6 +90,14 @@ def test_load_world_irregular_or_huge_file_is_rejected_by_name(raw: Raw, folder:
     for asked in (name, str(folder / f"{name}.xodr")):
         assert name in load(raw, asked)
     assert raw.call("version") == (None, [[1, "0.9.16"]])
+
+
+def test_load_world_town_that_crashes_the_library_is_rejected_by_fault(raw: Raw, folder: Path) -> None:
+    """The server survives, and the present episode goes on."""
+    before = raw.call("get_episode_info")[1]
+    told = load(raw, "Late")
+    assert str(folder / "Late.xodr") in told and "road 7: the first <laneOffset> is at s=5" in told
+    assert raw.call("get_episode_info")[1] == before
 
 
 def test_load_world_accepts_town_name_and_path(raw: Raw, folder: Path) -> None:
