@@ -53,7 +53,7 @@ def broken(tmp_path: Path) -> dict[str, str]:
         ("not xml", "not valid XML"),
         ("other xml", "<html>"),
         ("no lanes", "driving"),
-        ("no roads", "no <road>"),
+        ("no roads", "driving"),
         ("latin", "cannot be read"),
         ("folder", "cannot be read"),
         ("missing", "does not exist"),

@@ -103,6 +103,24 @@ def test_the_name_is_the_towns_without_a_servers_folders():
     assert map_view(served, [xy(DRIVING[0])], margin_m=10.0).name == "demo_town"
 
 
+def test_map_view_default_namespace_changes_nothing() -> None:
+    text = DEMO_TOWN.read_text(encoding="utf-8")
+    spaced = text.replace("<OpenDRIVE", '<OpenDRIVE xmlns="http://code.asam.net/simulation/standard/opendrive_schema"')
+    assert map_view(carla.Map("demo_town", spaced), [xy(DRIVING[0])]) == map_view(DEMO, [xy(DRIVING[0])])
+
+
+def test_map_view_reads_road_ids_that_are_words() -> None:
+    """The library reads a word as 0."""
+    text = (
+        DEMO_TOWN.read_text(encoding="utf-8")
+        .replace('id="25"', 'id="Ring"')
+        .replace('elementId="25"', 'elementId="Ring"')
+    )
+    town = carla.Map("demo_town", text)
+    start = next(waypoint for waypoint in town.generate_waypoints(25.0) if waypoint.road_id == 0)
+    assert any(lane.kind == "driving" for lane in map_view(town, [xy(start)], margin_m=10.0).lanes)
+
+
 def test_no_points_are_refused():
     with pytest.raises(ValueError, match="at least one point"):
         map_view(DEMO, [])

@@ -15,6 +15,7 @@ from pathlib import Path
 import psutil
 import pytest
 
+from carlette.maps import DEMO_TOWN
 from stucksolver.commands import main
 
 pytestmark = pytest.mark.integration
@@ -108,6 +109,15 @@ def test_a_bad_map_file_is_named_with_what_is_wrong(refused, out: Path, tmp_path
     path.write_bytes(content)
     line = refused(out, "--map", str(path))
     assert str(path) in line and words in line
+
+
+def test_demo_map_that_crashes_the_library_is_named_with_its_fault(refused, out: Path, tmp_path: Path) -> None:
+    """The library crashes on this road, after a warning about the missing geoReference."""
+    path = tmp_path / "late.xodr"
+    late = '<laneOffset s="5" a="0" b="0" c="0" d="0"/><laneSection'
+    path.write_text(DEMO_TOWN.read_text("utf-8").replace("<laneSection", late).replace("+proj=", "+form="), "utf-8")
+    line = refused(out, "--map", str(path))
+    assert str(path) in line and "the first <laneOffset> is at s=5" in line and "georeference" not in line
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may read everything")

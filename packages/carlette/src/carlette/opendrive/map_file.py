@@ -135,7 +135,7 @@ def check_opendrive(text: str, source: str) -> ElementTree.Element:
     if root.tag != "OpenDRIVE":
         raise MapError(f"map file '{source}' has the root <{root.tag}>, not <OpenDRIVE>; {_root_remedy(root.tag)}")
     if root.find("road") is None:
-        raise MapError(f"map file '{source}' has no <road>; give an OpenDRIVE file with roads")
+        raise MapError(f"map file '{source}' has no <road>, so no lane of type 'driving'; give one with roads")
     lanes = root.iterfind("road/lanes/laneSection/*/lane")
     if not any(lane.get("type", "").lower() == "driving" for lane in lanes):
         raise MapError(f"map file '{source}' has no lane of type 'driving'; carlette needs one to put cars on")
