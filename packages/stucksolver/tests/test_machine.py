@@ -290,6 +290,7 @@ STAGED = {
     "helped off a crosswalk": helped_off_a_crosswalk,
     "a gap comes": a_gap_comes,
     "held, then helped": held_then_helped,
+    "a yes": approved_into(),
     "a yes, and a car comes": approved_into(lambda w: thing("car", w.x + 90.0, LANE_M, speed=-8.0)),
     "other words at a gap": other_words_at_a_gap,
     "a yes, and the other lane is shut": approved_into(lambda w: thing("shut", w.x + 22.0, LANE_M)),
