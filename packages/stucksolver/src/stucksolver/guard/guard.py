@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from stucksolver.guard import back_up, lane_entry, oncoming_lane, path_checks, speed_caps, traffic_rules
+from stucksolver.guard import lane_entry, oncoming_lane, path_checks, speed_caps, traffic_rules
 from stucksolver.guard.abort_stops import are_stops_safe, commit_mask, is_junction_stop_clear, stops_beside
 from stucksolver.guard.adjacent_traffic import from_behind
 from stucksolver.guard.blind_stop import stopping_soon
@@ -84,11 +84,12 @@ class Guard:
         view = self._facing(view, proven)
         tracked = tracked_path(proven.path, view, self.policy.tracking, reverse=proven.reverse)
         commit_s = proven.commit_s(view.ego_s)
-        case = CheckContext(view, tracked, self.policy, guided, approvals=approvals, commit_s=commit_s)
+        case = CheckContext(view, tracked, self.policy, guided, False, approvals, commit_s=commit_s)
+        case = replace(case, reverse=proven.reverse)
         rejects = self._run(proven.checks, case) or self._swings(case, proven) or early_return(case, proven.no_stop)
         rejects = rejects or are_stops_safe(case, proven.no_stop)
         if stops:
-            rejects = rejects or (back_up.backing_place if proven.reverse else traffic_rules.stopping_place)(case)
+            rejects = rejects or traffic_rules.no_worse_place(case)
         return (
             (Verdict(rejects=tuple(rejects)), None)
             if rejects
@@ -152,6 +153,8 @@ class Guard:
             red = path_checks.stop_line(case)
             if red:
                 return Verdict(rejects=tuple(red), abort=AbortAction.STOP, brake_mps2=hard_braking_mps2(case))
+        if proven.reverse and (unseen := traffic_rules.check_rear_visible(case)):
+            return Verdict(rejects=tuple(unseen), abort=AbortAction.YIELD)
         case = replace(case, sets_off=bool(giving_way) and waits_outside(case))
         rejects = ([off] if off else []) + path_checks.collision(case)
         pressing = [] if proven.reverse else lane_entry.check_rear_traffic_can_stop(case, giving_way)
@@ -177,7 +180,8 @@ class Guard:
         rest = replace(rest, enters=tuple(view.frame.same_lane(lane) for lane in rest.enters))
         case = CheckContext(view, rest, self.policy, proven.guided, running=True, approvals=proven.approvals)
         case = replace(case, stopped_at_s=proven.stopped_at_s, error_m=error_m, error_rad=error_rad)
-        return replace(case, commit_s=proven.commit_s(view.ego_s))
+        began_s = float(proven.path.s[0])
+        return replace(case, commit_s=proven.commit_s(view.ego_s), reverse=proven.reverse, began_s=began_s)
 
     def _after_commit(
         self,

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from stucksolver.guard.context import CheckContext
-from stucksolver.guard.numerics import EPSILON
+from stucksolver.guard.leaving import blocks_moving_object, leaves, near_place_left, worse_place
+from stucksolver.guard.numerics import EPSILON, stopping_distance_m
 from stucksolver.guard.verdict import RejectReason
 from stucksolver.plan.frenet_path import landing_m
 from stucksolver.scene.failed_attempts import RejectCode
@@ -42,7 +43,9 @@ def off_route(case: CheckContext) -> list[RejectReason]:
 def authority(case: CheckContext) -> list[RejectReason]:
     """Check that a level crossing, school bus, flagger or emergency scene is passed only with approval.
 
-    An emergency scene requires none if the ego moves over by a whole lane.
+    An emergency scene requires none if the ego moves over by a whole lane. A plan that leaves a place where the ego must
+    not stand requires none for that place, nor for what is there, except for a school bus. An ego that backs up passes
+    only what is behind it.
     """
     view, policy = case.view, case.policy
     half = view.ego.length_m / 2
@@ -53,14 +56,17 @@ def authority(case: CheckContext) -> list[RejectReason]:
         if zone.kind is ZoneKind.LEVEL_CROSSING
         and start < zone.end_m
         and zone.start_m < end + policy.lanes.overrun_m
-        and not _leaves(case, zone)
+        and not leaves(case, zone)
     ]
+    passed_from = start + view.ego.length_m if case.reverse else start
     for i, obj in enumerate(view.objects):
         rule = _scene_of(obj, policy.scenes.stands_mps) if obj.kind in IN_A_SCENE else None
         if rule is None:
             continue
-        ahead = view.s[i] + view.along[i] > start and view.s[i] - view.along[i] < end
+        ahead = view.s[i] + view.along[i] > passed_from and view.s[i] - view.along[i] < end
         if not ahead or abs(view.d[i]) - view.across[i] >= policy.scenes.beside_m:
+            continue
+        if rule != "school_bus" and near_place_left(case, i):
             continue
         if rule != "emergency_scene" or not _moves_over(case, i):
             scenes.append((rule, obj.id))
@@ -89,12 +95,6 @@ def off_rails(case: CheckContext) -> list[RejectReason]:
         if zone.kind is ZoneKind.LEVEL_CROSSING and overlaps:
             return [RejectReason(code=RejectCode.STOPPING_PLACE, detail="the path ends on a level crossing")]
     return []
-
-
-def _leaves(case: CheckContext, zone: Zone) -> bool:
-    """True if the ego is already in a zone and the path leads out of it."""
-    half, here, end = case.view.ego.length_m / 2, case.view.ego_s, float(case.path.end_s)
-    return zone.start_m < here + half and here - half < zone.end_m and not zone.start_m - half < end < zone.end_m + half
 
 
 def _moves_over(case: CheckContext, i: int) -> bool:
@@ -159,13 +159,24 @@ def stopping_place(case: CheckContext) -> list[RejectReason]:
     """Check that the ego may stop where the path ends: in no junction, crosswalk, level crossing or oncoming lane."""
     end = case.path.end_s
     zone = case.view.zone_at(end) or case.view.zone_at(end + case.policy.lanes.overrun_m)
-    if zone is not None:
-        zone_name = zone.kind.value.replace("_", " ")
-        return [RejectReason(code=RejectCode.STOPPING_PLACE, detail=f"the path ends in a {zone_name}")]
-    return no_oncoming_lane(case)
+    return _no_oncoming_lane(case) if zone is None else [_ends_in(zone)]
 
 
-def no_oncoming_lane(case: CheckContext) -> list[RejectReason]:
+def no_worse_place(case: CheckContext) -> list[RejectReason]:
+    """Check that the ego may stop where the path ends, or that it ends in a less bad place than the one it leaves.
+
+    Such a place is not in the path of a moving object that the ego does not block now.
+    """
+    zone = worse_place(case)
+    return (_no_oncoming_lane(case) or blocks_moving_object(case)) if zone is None else [_ends_in(zone)]
+
+
+def _ends_in(zone: Zone) -> RejectReason:
+    zone_name = zone.kind.value.replace("_", " ")
+    return RejectReason(code=RejectCode.STOPPING_PLACE, detail=f"the path ends in a {zone_name}")
+
+
+def _no_oncoming_lane(case: CheckContext) -> list[RejectReason]:
     """Check that the path does not end in a lane of oncoming traffic."""
     end = case.path.end_s
     for lane in case.view.frame.lanes:
@@ -193,6 +204,22 @@ def check_lane_visible(case: CheckContext) -> list[RejectReason]:
             gap_m=sight_m - needed,
         )
     ]
+
+
+def check_rear_visible(case: CheckContext) -> list[RejectReason]:
+    """Check, past the commit point of backing up, that the ego sees as far as it needs for a stop.
+
+    There a stop would end in a place to keep free, so the rest of the path need not be visible. But the ego does not
+    back up blindly.
+    """
+    lane, ego = case.start_lane, case.view.ego
+    sight_m = 0.0 if lane is None else case.view.sight_ahead_m(lane)
+    stop_m = stopping_distance_m(abs(ego.speed_mps), ego.limits.comfort_braking_mps2, case.policy.stopping.lag_s)
+    needed = min(case.path.end_s - case.view.ego_s, stop_m) + ego.length_m / 2 + case.policy.backing.closed_margin_m
+    if sight_m >= needed - case.policy.backing.look_m:
+        return []
+    detail = f"sight distance {sight_m:.1f} m, required {needed:.1f} m for a stop"
+    return [RejectReason(code=RejectCode.PATH_NOT_VISIBLE, detail=detail, gap_m=sight_m - needed)]
 
 
 def _closed(case: CheckContext, lane: Lane, seen_m: float) -> bool:

@@ -1,0 +1,307 @@
+"""Plans that begin where the ego must not stand, and leave: rules against entering and waiting do not bind them."""
+
+from __future__ import annotations
+
+import math
+import pytest
+
+from stucksolver.guard import Guard, GuardPolicy, RejectCode
+from stucksolver.plan import RecoveryPlan
+from stucksolver.plan.behaviors import BackUp, ChangeLane, Creep, KeepLane, PullOver
+from stucksolver.scene import LineKind, ObjectKind, Zone, ZoneKind
+from stucksolver.scene.frenet_scene import FrenetScene
+from stucksolver.solver.state_machine.execution import Execution
+from stucksolver.solver.state_machine.execution_steps import ExecutionOutcome
+from worlds import World, red_light, straight_road, thing
+
+GUARD = Guard()
+C, K, Z = RejectCode, ObjectKind, ZoneKind
+HALF_M = 4.9 / 2
+QUEUE = thing("queue", 58.5, stationary_s=40.0)
+"""A car whose rear is 3.8 m ahead of the ego at 50 m: no room beyond the zone."""
+
+
+def street(*spans, **road):
+    return straight_road(**road, zones=tuple(Zone(kind=kind, start_m=a, end_m=b) for kind, a, b in spans))
+
+
+def gate(x, y=-3.5):
+    return thing(f"gate{x:.0f}", x, y, kind=K.CROSSING_GATE, length=0.3, width=1.0, height=3.0)
+
+
+def codes(world, *behaviors, guard=GUARD, stops=False):
+    return set(guard.accept(behaviors, world.view(), False, stops=stops)[0].codes)
+
+
+CROSSING = street((Z.LEVEL_CROSSING, 20.0, 56.0))
+"""Zone of 36 m around the rails. The ego at 50 m stands in its last third."""
+BACK_OFF = BackUp(distance_m=34.0, speed_mps=2.0)
+"""Off that zone: the front is then at 18.45 m."""
+
+
+# ---- backwards off the rails
+
+
+def test_back_up_off_long_crossing_is_accepted():
+    assert codes(World(CROSSING, [QUEUE]), BACK_OFF) == set()
+
+
+def test_back_up_within_rails_is_rejected():
+    assert C.STOPPING_PLACE in codes(World(CROSSING, [QUEUE]), BackUp(distance_m=8.0))
+
+
+def test_back_up_off_crossing_past_its_gates_is_accepted():
+    """The gates have come down while the ego stands between them: one beside the way back, one ahead."""
+    gates = [gate(18.0), gate(58.0, 5.0)]
+    assert codes(World(CROSSING, [QUEUE, *gates]), BACK_OFF) == set()
+
+
+def test_back_up_into_closed_gate_is_rejected():
+    """A boom across the lane is an obstacle like any other."""
+    boom = thing("boom", 18.0, -0.5, kind=K.CROSSING_GATE, length=0.2, width=3.0)
+    assert codes(World(CROSSING, [QUEUE, boom]), BACK_OFF) >= {C.COLLISION}
+
+
+@pytest.mark.parametrize("behind_m", [20.0, 36.0, 40.0])
+def test_back_up_off_crossing_without_sight_is_rejected(behind_m):
+    assert codes(World(CROSSING, [QUEUE], behind_m=behind_m), BACK_OFF) == {C.PATH_NOT_VISIBLE}
+
+
+@pytest.mark.parametrize(
+    "behind",
+    [
+        thing("car", 10.0, speed=5.0),
+        thing("parked", 30.0, 0.5),
+        thing("walker", 25.0, 3.5, kind=K.PEDESTRIAN, sideways=-0.4),
+        thing("child", 30.0, -1.2, kind=K.PEDESTRIAN),
+        thing("cyclist", 5.0, -1.0, kind=K.BICYCLE, speed=4.0),
+    ],
+    ids=lambda o: o.id,
+)
+def test_back_up_off_crossing_toward_someone_is_rejected(behind):
+    found = codes(World(CROSSING, [QUEUE, behind]), BACK_OFF)
+    assert found & {C.COLLISION, C.GAP, C.CLEARANCE}, found
+
+
+# ---- forwards off the rails
+
+
+@pytest.mark.parametrize("behavior", [KeepLane(distance_m=20.0, speed_mps=5.0), Creep(distance_m=10.0)])
+def test_driving_off_crossing_past_its_gates_is_accepted(behavior):
+    assert codes(World(CROSSING, [gate(18.0), gate(58.0, 5.0)]), behavior) == set()
+
+
+def test_driving_into_crossing_past_its_gate_needs_approval():
+    """An ego before the crossing enters it: the same gates need the operator's approval."""
+    world = World(CROSSING, [gate(18.0), gate(58.0, 5.0)], x=12.0)
+    assert C.AUTHORITY in codes(world, KeepLane(distance_m=60.0, speed_mps=5.0))
+
+
+def test_leaving_one_crossing_allows_no_other():
+    """Beyond the crossing under the ego is another one, with room to stand between: that one is entered."""
+    two = street((Z.LEVEL_CROSSING, 40.0, 56.0), (Z.LEVEL_CROSSING, 70.0, 80.0))
+    assert C.AUTHORITY in codes(World(two), KeepLane(distance_m=50.0, speed_mps=5.0))
+    assert C.AUTHORITY in codes(World(two, [gate(82.0, 5.0)]), KeepLane(distance_m=50.0, speed_mps=5.0))
+    assert codes(World(two), Creep(distance_m=10.0)) == set()
+
+
+def test_two_tracks_without_room_between_are_left_as_one():
+    tracks = street((Z.LEVEL_CROSSING, 46.0, 54.0), (Z.LEVEL_CROSSING, 57.0, 63.0))
+    assert codes(World(tracks), KeepLane(distance_m=30.0, speed_mps=5.0)) == set()
+    assert C.STOPPING_PLACE in codes(World(tracks), Creep(distance_m=8.0))
+
+
+# ---- into a less bad place
+
+
+def test_back_up_off_rails_onto_empty_crosswalk_is_accepted():
+    road = street((Z.CROSSWALK, 40.0, 44.0), (Z.LEVEL_CROSSING, 46.0, 56.0))
+    back = BackUp(distance_m=8.0)
+    assert codes(World(road, [QUEUE]), back) == set()
+    person = thing("person", 42.0, -4.0, kind=K.PEDESTRIAN)
+    assert C.STOPPING_PLACE in codes(World(road, [QUEUE, person]), back)
+
+
+def test_back_up_off_rails_into_free_junction_is_accepted():
+    road = street((Z.JUNCTION, 30.0, 44.0), (Z.LEVEL_CROSSING, 46.0, 56.0))
+    assert codes(World(road, [QUEUE]), BackUp(distance_m=8.0)) == set()
+    crosser = thing("crosser", 40.0, -60.0, sideways=6.0, yaw=math.pi / 2)
+    assert C.GAP in codes(World(road, [QUEUE, crosser]), BackUp(distance_m=8.0))
+
+
+@pytest.mark.parametrize("worse", [Z.JUNCTION, Z.LEVEL_CROSSING])
+def test_back_up_from_crosswalk_into_worse_place_is_rejected(worse):
+    road = street((worse, 30.0, 44.0), (Z.CROSSWALK, 46.0, 56.0))
+    assert C.STOPPING_PLACE in codes(World(road, [QUEUE]), BackUp(distance_m=8.0))
+
+
+# ---- nearer to the exit
+
+
+CROSSWALK = street((Z.CROSSWALK, 46.0, 52.0))
+
+
+def test_back_up_further_off_crosswalk_is_accepted():
+    """A vehicle behind leaves 5 m: the ego cannot leave the crosswalk, but clears most of it."""
+    behind = thing("behind", 37.0)
+    world = World(CROSSWALK, [QUEUE, behind])
+    assert codes(world, BackUp(distance_m=8.0)) & {C.COLLISION, C.GAP}
+    assert codes(world, BackUp(distance_m=5.0, speed_mps=1.0)) == set()
+
+
+def test_creep_further_off_crosswalk_is_accepted():
+    assert codes(World(CROSSWALK, [thing("queue", 60.0)]), Creep(distance_m=3.5)) == set()
+    person = thing("person", 49.0, -4.5, kind=K.PEDESTRIAN)
+    assert C.STOPPING_PLACE in codes(World(CROSSWALK, [thing("queue", 60.0), person]), Creep(distance_m=3.5))
+
+
+@pytest.mark.parametrize("kind", [Z.CROSSWALK, Z.JUNCTION])
+def test_creep_deeper_into_place_is_rejected(kind):
+    """The ego has only its nose in the zone. Further in is further from the nearer exit, behind it."""
+    assert C.STOPPING_PLACE in codes(World(street((kind, 52.0, 70.0))), Creep(distance_m=4.0))
+
+
+def test_creep_nearer_to_exit_of_junction_is_accepted():
+    junction = street((Z.JUNCTION, 30.0, 56.0))
+    assert codes(World(junction, [thing("queue", 62.0)]), Creep(distance_m=4.0)) == set()
+
+
+def test_creep_in_junction_into_conflict_path_is_rejected():
+    crosser = thing("crosser", 54.0, -40.0, sideways=6.0, yaw=math.pi / 2)
+    junction = street((Z.JUNCTION, 30.0, 62.0))
+    assert codes(World(junction, [crosser]), Creep(distance_m=4.0)) & {C.GAP, C.COLLISION}
+
+
+def test_pull_over_onto_crosswalk_is_rejected():
+    """The roadside is a place to stay: it is no way off a crosswalk that ends on it."""
+    assert codes(World(street((Z.CROSSWALK, 30.0, 62.0))), PullOver(distance_m=10.0, speed_mps=2.0))
+
+
+# ---- lines
+
+
+LINE = street((Z.CROSSWALK, 51.0, 54.0), (Z.JUNCTION, 55.0, 70.0))
+
+
+@pytest.mark.parametrize("distance_m", [-0.4, -2.0, -4.0])
+def test_back_up_behind_line_of_red_light_is_accepted(distance_m):
+    world = World(LINE, controls=(red_light(distance_m),))
+    assert codes(world, BackUp(distance_m=6.0)) == set()
+
+
+@pytest.mark.parametrize("distance_m", [3.0, 0.5, -0.4])
+def test_red_light_ahead_forbids_leaving_forwards(distance_m):
+    """The zone under the ego is a crosswalk; the junction beyond the line is another place."""
+    world = World(LINE, controls=(red_light(distance_m),))
+    assert C.RED_LIGHT in codes(world, KeepLane(distance_m=30.0, speed_mps=5.0))
+
+
+SOLID = {"left": LineKind.SOLID, "oncoming": None}
+
+
+def test_solid_line_is_crossed_to_leave_rails():
+    world = World(street((Z.LEVEL_CROSSING, 40.0, 56.0), **SOLID), [thing("queue", 66.0)])
+    change = ChangeLane(side="left", distance_m=40.0, speed_mps=5.0)
+    assert codes(world, change) == set()
+    assert C.SOLID_LINE in codes(world, change, guard=Guard(GuardPolicy(solid_line="forbid")))
+    assert C.SOLID_LINE in codes(World(street(**SOLID), [thing("queue", 66.0)]), change)
+
+
+# ---- scenes beside the way
+
+
+def test_back_up_from_beside_flagger_is_accepted():
+    """Backing away from a flagger beside the ego does not pass the flagger; driving on does."""
+    flagger = thing("flagger", 51.0, -3.2, kind=K.FLAGGER, length=0.5, width=0.5)
+    assert codes(World(street(), [flagger]), BackUp(distance_m=5.0)) == set()
+    assert C.AUTHORITY in codes(World(street(), [flagger]), KeepLane(distance_m=20.0, speed_mps=4.0))
+    behind = flagger.model_copy(update={"x_m": 44.0})
+    assert C.AUTHORITY in codes(World(street(), [behind]), BackUp(distance_m=5.0))
+
+
+@pytest.mark.parametrize("kind", [Z.LEVEL_CROSSING, Z.JUNCTION, Z.CROSSWALK])
+def test_emergency_scene_does_not_hold_ego_in_place(kind):
+    """An ambulance with its lights on stands at the exit, half in the lane beside: the ego leaves past it."""
+    ambulance = thing("ambulance", 57.0, 2.3, kind=K.EMERGENCY, emergency_lights=True)
+    leave = KeepLane(distance_m=25.0, speed_mps=2.0)
+    assert C.AUTHORITY not in codes(World(street((kind, 40.0, 56.0)), [ambulance]), leave)
+    bus = thing("bus", 57.0, 2.6, kind=K.SCHOOL_BUS)
+    assert C.AUTHORITY in codes(World(street((kind, 40.0, 56.0)), [bus]), leave)
+
+
+# ---- while the plan runs
+
+
+def backed_off(world, *, at=None, seconds=60.0):
+    """Drive `BACK_OFF`; `at` is called on every tick. Return the outcome and the nearest gap (m)."""
+    execution = Execution(RecoveryPlan(behaviors=(BACK_OFF,)), GUARD, False)
+    verdict = execution.start(world.view(), 0.0)
+    assert verdict.accepted, str(verdict)
+    nearest_m, outcome = math.inf, None
+    while world.time_s < seconds and outcome is None:
+        if at is not None:
+            at(world)
+        step = execution.tick(FrenetScene(world.surroundings()), world.time_s)
+        outcome = step if isinstance(step, ExecutionOutcome) else None
+        if outcome is None:
+            world.drive(step)
+            nearest_m = min(nearest_m, world.clearance())
+    return outcome, nearest_m
+
+
+def test_execution_backs_off_crossing_to_its_end():
+    world = World(CROSSING, [QUEUE, gate(17.0)])
+    outcome, _ = backed_off(world)
+    assert outcome.finished, outcome.text
+    assert world.x + HALF_M < 20.0
+
+
+@pytest.mark.parametrize("onto_m", [34.0, 24.0, 16.0])
+def test_execution_person_behind_stops_back_up(onto_m):
+    """Somebody steps behind the ego, on the rails or beyond them. The ego stops before them, also on the rails."""
+    world = World(CROSSING, [QUEUE])
+
+    def step_in(now):
+        if now.x - HALF_M < onto_m + 4.0 and len(now.objects) == 1:
+            now.objects.append(thing("person", onto_m, -0.5, kind=K.PEDESTRIAN))
+
+    _, nearest_m = backed_off(world, at=step_in)
+    assert nearest_m > 0.3
+    assert world.x - HALF_M > onto_m
+
+
+def test_execution_car_from_behind_stops_back_up():
+    """A car that comes into sight behind stops before the crossing; the ego does not back into it."""
+    world = World(CROSSING, [QUEUE])
+
+    def arrive(now):
+        if now.time_s > 4.0 and len(now.objects) == 1:
+            now.objects.append(thing("car", -5.0, speed=8.0))
+        now.objects[1:] = [
+            o.model_copy(update={"vx_mps": max(o.vx_mps - 3.5 * now.dt, 0.0)}) if o.x_m > 8.0 else o
+            for o in now.objects[1:]
+        ]
+
+    _, nearest_m = backed_off(world, at=arrive)
+    assert nearest_m > 0.3
+
+
+def test_execution_sight_lost_on_rails_pauses_back_up():
+    """Without sight behind, the ego stops also past the commit point, and continues when it sees again."""
+    world, stood = World(CROSSING, [QUEUE]), []
+
+    def lose(now):
+        now.behind_m = 3.5 if 6.0 < now.time_s < 9.0 else 80.0
+        if 8.0 < now.time_s < 9.0:
+            stood.append(abs(now.speed))
+
+    outcome, _ = backed_off(world, at=lose)
+    assert max(stood) < 0.1
+    assert outcome.finished, outcome.text
+
+
+def test_back_up_keeps_its_bound():
+    """40 m leave the longest zone; nobody needs more."""
+    assert BackUp(distance_m=40.0).distance_m == 40.0
+    with pytest.raises(ValueError, match="40"):
+        BackUp(distance_m=40.5)
