@@ -305,3 +305,20 @@ def test_back_up_keeps_its_bound():
     assert BackUp(distance_m=40.0).distance_m == 40.0
     with pytest.raises(ValueError, match="40"):
         BackUp(distance_m=40.5)
+
+
+# ---- how far
+
+
+@pytest.mark.parametrize(("distance_m", "behind_m", "seen"), [(8.0, 15.5, True), (20.0, 30.0, False), (20.0, 58.0, True)])
+def test_back_up_far_in_street_needs_sight_for_traffic_at_the_limit(distance_m, behind_m, seen):
+    """In an ordinary street, traffic at 13.4 m/s from beyond the sight must be able to stop behind the ego."""
+    found = codes(World(street(), [QUEUE], behind_m=behind_m), BackUp(distance_m=distance_m, speed_mps=2.0))
+    assert found == (set() if seen else {C.PATH_NOT_VISIBLE})
+
+
+def test_back_up_far_beyond_a_place_needs_the_same_sight():
+    """Only the way out of the place is exempt, not 20 m beyond it."""
+    world = World(CROSSWALK, [QUEUE], behind_m=45.0)
+    assert codes(world, BackUp(distance_m=14.0, speed_mps=2.0)) == set()
+    assert codes(world, BackUp(distance_m=27.0, speed_mps=2.0)) == {C.PATH_NOT_VISIBLE}

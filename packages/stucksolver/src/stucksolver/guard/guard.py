@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from stucksolver.guard import lane_entry, oncoming_lane, path_checks, speed_caps, traffic_rules
+from stucksolver.guard import back_up, lane_entry, oncoming_lane, path_checks, speed_caps, traffic_rules
 from stucksolver.guard.abort_stops import are_stops_safe, commit_mask, is_junction_stop_clear, stops_beside
 from stucksolver.guard.adjacent_traffic import from_behind
 from stucksolver.guard.blind_stop import stopping_soon
@@ -153,7 +153,7 @@ class Guard:
             red = path_checks.stop_line(case)
             if red:
                 return Verdict(rejects=tuple(red), abort=AbortAction.STOP, brake_mps2=hard_braking_mps2(case))
-        if proven.reverse and (unseen := traffic_rules.check_rear_visible(case)):
+        if proven.reverse and (unseen := back_up.check_stop_visible(case)):
             return Verdict(rejects=tuple(unseen), abort=AbortAction.YIELD)
         case = replace(case, sets_off=bool(giving_way) and waits_outside(case))
         rejects = ([off] if off else []) + path_checks.collision(case)

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from stucksolver.guard import lane_entry, marking, oncoming_lane, passable_obstacles, traffic_rules
+from stucksolver.guard import back_up, lane_entry, marking, oncoming_lane, passable_obstacles, traffic_rules
 from stucksolver.guard import path_checks as checks
 from stucksolver.guard.adjacent_traffic import from_behind
 from stucksolver.guard.context import CheckContext
@@ -31,7 +31,7 @@ CHECKS: dict[Check, Callable[[CheckContext], list[RejectReason]]] = {
     Check.OFF_ROUTE: traffic_rules.off_route,
     Check.STOPPING_PLACE: traffic_rules.stopping_place,
     Check.NO_WORSE_PLACE: traffic_rules.no_worse_place,
-    Check.SEEN_FREE: traffic_rules.check_lane_visible,
+    Check.SEEN_FREE: back_up.check_lane_visible,
     Check.PASSABLE: passable_obstacles.passable,
     Check.PATIENCE: passable_obstacles.check_wait_elapsed,
     Check.MARKING: marking.marking,

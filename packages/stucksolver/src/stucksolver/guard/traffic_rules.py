@@ -6,12 +6,12 @@ import numpy as np
 
 from stucksolver.guard.context import CheckContext
 from stucksolver.guard.leaving import blocks_moving_object, leaves, near_place_left, worse_place
-from stucksolver.guard.numerics import EPSILON, stopping_distance_m
+from stucksolver.guard.numerics import EPSILON
 from stucksolver.guard.verdict import RejectReason
 from stucksolver.plan.frenet_path import landing_m
 from stucksolver.scene.failed_attempts import RejectCode
-from stucksolver.scene.frenet import Array, Lane
-from stucksolver.scene.objects import MOTOR_VEHICLES, ObjectKind, TrackedObject
+from stucksolver.scene.frenet import Array
+from stucksolver.scene.objects import ObjectKind, TrackedObject
 from stucksolver.scene.road import LaneDirection, LaneKind, Zone, ZoneKind
 
 IN_A_SCENE = (ObjectKind.FLAGGER, ObjectKind.CROSSING_GATE, ObjectKind.SCHOOL_BUS, ObjectKind.EMERGENCY)
@@ -185,56 +185,3 @@ def _no_oncoming_lane(case: CheckContext) -> list[RejectReason]:
         if lane.covers(end, end) and case.inside(lane)[-1]:
             return [RejectReason(code=RejectCode.STOPPING_PLACE, detail="the path ends in an oncoming lane")]
     return []
-
-
-def check_lane_visible(case: CheckContext) -> list[RejectReason]:
-    """Check that the lane is visible for the whole path plus a margin, for moves that a stack does not watch."""
-    lane = case.start_lane
-    sight_m = 0.0 if lane is None else case.view.sight_ahead_m(lane)
-    backing = case.policy.backing
-    closed = lane is not None and _closed(case, lane, sight_m)
-    margin = backing.closed_margin_m if closed else backing.margin_m
-    needed = case.path.end_s - case.view.ego_s + case.view.ego.length_m / 2 + margin
-    if sight_m >= needed - (backing.look_m if case.running else 0.0):
-        return []
-    return [
-        RejectReason(
-            code=RejectCode.PATH_NOT_VISIBLE,
-            detail=f"sight distance {sight_m:.1f} m, required {needed:.1f} m for the path",
-            gap_m=sight_m - needed,
-        )
-    ]
-
-
-def check_rear_visible(case: CheckContext) -> list[RejectReason]:
-    """Check, past the commit point of backing up, that the ego sees as far as it needs for a stop.
-
-    There a stop would end in a place to keep free, so the rest of the path need not be visible. But the ego does not
-    back up blindly.
-    """
-    lane, ego = case.start_lane, case.view.ego
-    sight_m = 0.0 if lane is None else case.view.sight_ahead_m(lane)
-    stop_m = stopping_distance_m(abs(ego.speed_mps), ego.limits.comfort_braking_mps2, case.policy.stopping.lag_s)
-    needed = min(case.path.end_s - case.view.ego_s, stop_m) + ego.length_m / 2 + case.policy.backing.closed_margin_m
-    if sight_m >= needed - case.policy.backing.look_m:
-        return []
-    detail = f"sight distance {sight_m:.1f} m, required {needed:.1f} m for a stop"
-    return [RejectReason(code=RejectCode.PATH_NOT_VISIBLE, detail=detail, gap_m=sight_m - needed)]
-
-
-def _closed(case: CheckContext, lane: Lane, seen_m: float) -> bool:
-    """True if the sight in a lane ends at a stopped vehicle that fills it, and the ego only creeps toward it."""
-    view, policy = case.view, case.policy.backing
-    standing = ~view.moving & (view.s > view.ego_s)
-    nearer = view.s - view.along - view.ego_s
-    if float(case.path.speed.max()) > policy.gentle_mps:
-        return False
-    ends_m = policy.sight_ends_m + (policy.look_m if case.running else 0.0)
-    for i in np.flatnonzero(standing & (np.abs(nearer - seen_m) < ends_m)):
-        right, _, left = lane.at(float(view.s[i]))
-        gap_m = max(view.d[i] - view.across[i] - right, left - view.d[i] - view.across[i])
-        apart_m = np.hypot(view.s - view.s[i], view.d - view.d[i]) - view.along[i]
-        people = view.vulnerable & (apart_m < policy.people_m)
-        if gap_m < policy.beside_m and not people.any() and view.objects[int(i)].kind in MOTOR_VEHICLES:
-            return True
-    return False
