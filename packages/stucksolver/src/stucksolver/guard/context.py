@@ -77,6 +77,16 @@ class CheckContext:
         reach: Array = half_width * np.abs(np.cos(self.heading)) + half_length * np.abs(np.sin(self.heading))
         return reach + SURE_SDS * (self.view.ego.position_sd_m or 0.0)
 
+    @cached_property
+    def traffic(self) -> Mask:
+        """(objects,): True for objects that move by themselves.
+
+        A tracker may report a velocity for a barrier or a bin. Above walking pace its class is wrong rather than its
+        velocity, so it counts.
+        """
+        result: Mask = self.view.moving | (self.view.speed > self.policy.speeds.creep_mps)
+        return result
+
     def uncertainty_m(self, i: int) -> float:
         """Return how much nearer across the road an object may be than detected, as both poses are uncertain (m)."""
         return float(self.view.uncertainty_m[i]) + SURE_SDS * (self.view.ego.position_sd_m or 0.0)

@@ -18,9 +18,9 @@ from stucksolver.scene.failed_attempts import RejectCode
 from stucksolver.scene.frenet import Mask
 from stucksolver.scene.road import Zone, ZoneKind
 
-WORSE = {ZoneKind.CROSSWALK: 1, ZoneKind.JUNCTION: 2, ZoneKind.LEVEL_CROSSING: 3}
-"""Places where a vehicle must not stand; a higher number is the worse place. Ours: a train cannot stop, crossing
-vehicles can, and pedestrians can walk around the ego.
+PLACES = (ZoneKind.CROSSWALK, ZoneKind.JUNCTION, ZoneKind.LEVEL_CROSSING)
+"""Places where a vehicle must not stand, the worst last. Ours: a train cannot stop, crossing vehicles can, and
+pedestrians can walk around the ego.
 """
 
 
@@ -58,11 +58,12 @@ def worse_place(case: CheckContext) -> Zone | None:
     and in a zone for a path that enters another lane.
     """
     places, end = _places(case), case.path.end_s
-    worst = max((WORSE[place.kind] for place in places), default=0)
+    began_in = {place.kind for place in places}
     for zone in case.view.surroundings.road.zones:
         if not _touches(case, zone, end):
             continue
-        better = WORSE[zone.kind] < worst or (zone in places and _nearer_to_exit(case, zone))
+        worse = PLACES[PLACES.index(zone.kind) + 1 :]
+        better = not began_in.isdisjoint(worse) or (zone in places and _nearer_to_exit(case, zone))
         if not better or case.path.enters or zone.kind is ZoneKind.LEVEL_CROSSING or _people_near(case, zone):
             return zone
     return None
