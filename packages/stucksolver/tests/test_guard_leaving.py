@@ -322,3 +322,20 @@ def test_back_up_far_beyond_a_place_needs_the_same_sight():
     world = World(CROSSWALK, [QUEUE], behind_m=45.0)
     assert codes(world, BackUp(distance_m=14.0, speed_mps=2.0)) == set()
     assert codes(world, BackUp(distance_m=27.0, speed_mps=2.0)) == {C.PATH_NOT_VISIBLE}
+
+
+def test_execution_askew_back_up_ends_off_its_path():
+    """A body that is not straightened leaves the proven path. There the plan ends, also on rails."""
+    world = World(CROSSING, yaw=-0.3)
+    execution = Execution(RecoveryPlan(behaviors=(BACK_OFF,)), GUARD, False)
+    assert execution.start(world.view(), 0.0).accepted
+    outcome, backs_mps = None, 1.5
+    while world.time_s < 20.0 and outcome is None:
+        world.x -= backs_mps * math.cos(world.yaw) * world.dt
+        world.y -= backs_mps * math.sin(world.yaw) * world.dt
+        world.speed, world.time_s, world.frame = -backs_mps, world.time_s + world.dt, world.frame + 1
+        step = execution.tick(FrenetScene(world.surroundings()), world.time_s)
+        outcome = step if isinstance(step, ExecutionOutcome) else None
+    assert outcome is not None and not outcome.finished
+    assert C.DEVIATION in execution.last_verdict.codes
+    assert abs(world.y) < 1.1

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from stucksolver.guard.collision_mitigation import hard_braking_mps2
 from stucksolver.guard.context import CheckContext
 from stucksolver.guard.leaving import places_left
 from stucksolver.guard.numerics import stopping_distance_m
 from stucksolver.guard.rss import rss_distance
-from stucksolver.guard.verdict import RejectReason
+from stucksolver.guard.verdict import RejectReason, Verdict
+from stucksolver.plan.behaviors import AbortAction
 from stucksolver.scene.failed_attempts import RejectCode
 from stucksolver.scene.frenet import Lane
 from stucksolver.scene.objects import MOTOR_VEHICLES
@@ -24,19 +26,22 @@ def check_lane_visible(case: CheckContext) -> list[RejectReason]:
     return [_not_visible(f"sight distance {sight_m:.1f} m, required {needed:.1f} m for the path", sight_m - needed)]
 
 
-def check_stop_visible(case: CheckContext) -> list[RejectReason]:
-    """Check, past the commit point, that the ego sees as far as it needs for a stop.
+def must_stop(case: CheckContext, off: RejectReason | None) -> Verdict | None:
+    """Return the verdict that stops an ego past the commit point, even in a place to keep free; None to back up.
 
-    A stop there would end in a place to keep free. So the rest of the path need not be visible, but the ego does not
-    back up blindly.
+    Off its path (`off`), the ego backs up where nothing was proven, and the plan ends. It pauses while it does not see
+    as far as it needs for a stop. The rest of the path need not be visible.
     """
+    if off is not None:
+        return Verdict(rejects=(off,), abort=AbortAction.STOP, brake_mps2=hard_braking_mps2(case))
     lane, ego, backing = case.start_lane, case.view.ego, case.policy.backing
     sight_m = 0.0 if lane is None else case.view.sight_ahead_m(lane)
     stop_m = stopping_distance_m(abs(ego.speed_mps), ego.limits.comfort_braking_mps2, case.policy.stopping.lag_s)
     needed = ego.length_m / 2 + min(stop_m, case.path.end_s - case.view.ego_s) + backing.closed_margin_m
     if sight_m >= needed - backing.look_m:
-        return []
-    return [_not_visible(f"sight distance {sight_m:.1f} m, required {needed:.1f} m for a stop", sight_m - needed)]
+        return None
+    unseen = _not_visible(f"sight distance {sight_m:.1f} m, required {needed:.1f} m for a stop", sight_m - needed)
+    return Verdict(rejects=(unseen,), abort=AbortAction.YIELD)
 
 
 def _margin_m(case: CheckContext, lane: Lane | None, sight_m: float) -> float:

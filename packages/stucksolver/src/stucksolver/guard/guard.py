@@ -153,8 +153,8 @@ class Guard:
             red = path_checks.stop_line(case)
             if red:
                 return Verdict(rejects=tuple(red), abort=AbortAction.STOP, brake_mps2=hard_braking_mps2(case))
-        if proven.reverse and (unseen := back_up.check_stop_visible(case)):
-            return Verdict(rejects=tuple(unseen), abort=AbortAction.YIELD)
+        if proven.reverse and (ends := back_up.must_stop(case, off)) is not None:
+            return ends
         case = replace(case, sets_off=bool(giving_way) and waits_outside(case))
         rejects = ([off] if off else []) + path_checks.collision(case)
         pressing = [] if proven.reverse else lane_entry.check_rear_traffic_can_stop(case, giving_way)
