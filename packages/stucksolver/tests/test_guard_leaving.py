@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+
 import pytest
 
 from stucksolver.guard import Guard, GuardPolicy, RejectCode
@@ -310,7 +311,9 @@ def test_back_up_keeps_its_bound():
 # ---- how far
 
 
-@pytest.mark.parametrize(("distance_m", "behind_m", "seen"), [(8.0, 15.5, True), (20.0, 30.0, False), (20.0, 58.0, True)])
+@pytest.mark.parametrize(
+    ("distance_m", "behind_m", "seen"), [(8.0, 15.5, True), (20.0, 30.0, False), (20.0, 58.0, True)]
+)
 def test_back_up_far_in_street_needs_sight_for_traffic_at_the_limit(distance_m, behind_m, seen):
     """In an ordinary street, traffic at 13.4 m/s from beyond the sight must be able to stop behind the ego."""
     found = codes(World(street(), [QUEUE], behind_m=behind_m), BackUp(distance_m=distance_m, speed_mps=2.0))

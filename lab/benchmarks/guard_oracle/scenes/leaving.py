@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 from lab.benchmarks.guard_oracle.bodies import Body
-from lab.benchmarks.guard_oracle.others import StepsOff, typical_body
+from lab.benchmarks.guard_oracle.others import Other, StepsOff, typical_body
 from lab.benchmarks.guard_oracle.road import Road
 from lab.benchmarks.guard_oracle.scene import Drawn, Setting, brakes, crossing, driving, scene_class, standing
 from lab.benchmarks.guard_oracle.scenes.usual import EGO_S, K, pose, road
@@ -17,6 +18,8 @@ LENGTHS_M = {ZoneKind.LEVEL_CROSSING: (10.0, 36.0), ZoneKind.JUNCTION: (7.0, 24.
 """Shortest and longest places (m)."""
 MOST_BACK_M = 40.0
 """Longest way that the ego backs up (m)."""
+BLOCKED_M = 2.5
+"""Distance from the ego's body within which no vehicle drives across (m): it has stopped for the ego. Ours."""
 
 
 @scene_class("leaves a place to keep free", block=5)
@@ -90,18 +93,21 @@ def _add_across(draw: Drawn, setting: Setting, kind: ZoneKind, start: float, len
     elif kind is ZoneKind.JUNCTION:
         for k in range(draw.choice([0, 1, 1, 2])):
             s = start + length * (0.25 if side > 0 else 0.75) + draw.uniform(-1.0, 1.0)
+            if abs(s - EGO_S) < LENGTH_M / 2 + BLOCKED_M:
+                continue
             far, v = side * draw.uniform(20.0, 90.0), draw.uniform(3.0, 12.0)
             who = draw.choice([K.CAR, K.CAR, K.VAN, K.MOTORCYCLE, K.BICYCLE])
             setting.others.append(crossing(f"crosser{k}", street, s, far, turn, v, "crosses", who))
             side, turn = -side, -turn
     elif draw.random() < 0.6:
         body, height = typical_body(K.PEDESTRIAN)
-        at = {"s": draw.uniform(start, start + length), "d": -draw.uniform(2.2, 4.0)}
-        pace, trigger = draw.uniform(0.6, 1.4), draw.uniform(1.0, 6.0)
-        setting.others.append(StepsOff("walker 2", K.PEDESTRIAN, body, height, "steps off", pace=pace, trigger=trigger, **at))
+        walker = StepsOff("walker 2", K.PEDESTRIAN, body, height, "steps off")
+        walker.s, walker.d = draw.uniform(start, start + length), -draw.uniform(2.2, 4.0)
+        walker.pace, walker.trigger = draw.uniform(0.6, 1.4), draw.uniform(1.0, 6.0)
+        setting.others.append(walker)
 
 
-def _gate(draw: Drawn, street: Road, name: str, s: float, beside: float):
+def _gate(draw: Drawn, street: Road, name: str, s: float, beside: float) -> Other:
     """Return a closed gate beside the ego's lane, or with its boom across it."""
     gate = standing(name, street, s, 0.0, K.BARRIER)
     boom = draw.random() < 0.3
@@ -110,7 +116,7 @@ def _gate(draw: Drawn, street: Road, name: str, s: float, beside: float):
     return gate
 
 
-def _proposals(tail: float, nose: float, start: float, end: float):
+def _proposals(tail: float, nose: float, start: float, end: float) -> Callable[[Drawn], list[Behavior]]:
     """Return behaviors that leave the place, most of them just; some end a little short of that."""
     back, ahead = nose - start, end - tail
 

@@ -53,9 +53,9 @@ def leaves(case: CheckContext, zone: Zone) -> bool:
 def worse_place(case: CheckContext) -> Zone | None:
     """Return the zone that forbids a stop at the end of the path, or None.
 
-    No zone does if the ego leaves a worse place, or if it comes nearer to the nearer exit of the same place. If it backs
-    up in a junction, any way within the junction will do. No stop is allowed on rails, on a crosswalk with people near,
-    and in a zone for a path that enters another lane.
+    No zone does if the ego leaves a worse place, or if it comes nearer to the nearer exit of the same place. If it
+    backs up in a junction, any way within the junction will do. No stop is allowed on rails, on a crosswalk with people
+    near, and in a zone for a path that enters another lane.
     """
     places, end = _places(case), case.path.end_s
     began_in = {place.kind for place in places}

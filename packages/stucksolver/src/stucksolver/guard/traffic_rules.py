@@ -43,9 +43,9 @@ def off_route(case: CheckContext) -> list[RejectReason]:
 def authority(case: CheckContext) -> list[RejectReason]:
     """Check that a level crossing, school bus, flagger or emergency scene is passed only with approval.
 
-    An emergency scene requires none if the ego moves over by a whole lane. A plan that leaves a place where the ego must
-    not stand requires none for that place, nor for what is there, except for a school bus. An ego that backs up passes
-    only what is behind it.
+    An emergency scene requires none if the ego moves over by a whole lane. A plan that leaves a place where the ego
+    must not stand requires none for that place, nor for what is there, except for a school bus. An ego that backs up
+    passes only what is behind it.
     """
     view, policy = case.view, case.policy
     half = view.ego.length_m / 2
