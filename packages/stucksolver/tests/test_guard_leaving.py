@@ -140,6 +140,26 @@ def test_back_up_from_crosswalk_into_worse_place_is_rejected(worse):
 
 
 CROSSWALK = street((Z.CROSSWALK, 46.0, 52.0))
+FIRE_STATION = street((Z.KEEP_CLEAR, 42.0, 58.0))
+"""Area in front of the exit of a fire station. The ego at 50 m stands in its middle."""
+
+
+@pytest.mark.parametrize(
+    "behavior", [BackUp(distance_m=13.0), Creep(distance_m=11.0), KeepLane(distance_m=20.0, speed_mps=4.0)]
+)
+def test_ego_leaves_exit_of_fire_station(behavior):
+    """A fire engine waits in the exit with its lights on, its front at the edge of the lane."""
+    engine = thing(
+        "engine", 50.0, -5.9, kind=K.EMERGENCY, emergency_lights=True, yaw=math.pi / 2, length=8.0, width=2.5
+    )
+    assert codes(World(FIRE_STATION, [engine]), behavior) == set()
+    assert codes(World(FIRE_STATION, [engine]), behavior, stops=True) == set()
+
+
+def test_ego_does_not_stop_in_front_of_fire_station():
+    assert codes(World(FIRE_STATION, x=34.0), Creep(distance_m=12.0)) == {C.STOPPING_PLACE}
+    assert codes(World(FIRE_STATION, x=66.0), BackUp(distance_m=8.0)) == {C.STOPPING_PLACE}
+    assert not GUARD.may_stand(World(FIRE_STATION).view())
 
 
 def test_back_up_further_off_crosswalk_is_accepted():
@@ -156,7 +176,7 @@ def test_creep_further_off_crosswalk_is_accepted():
     assert C.STOPPING_PLACE in codes(World(CROSSWALK, [thing("queue", 60.0), person]), Creep(distance_m=3.5))
 
 
-@pytest.mark.parametrize("kind", [Z.CROSSWALK, Z.JUNCTION])
+@pytest.mark.parametrize("kind", [Z.CROSSWALK, Z.JUNCTION, Z.KEEP_CLEAR])
 def test_creep_deeper_into_place_is_rejected(kind):
     """The ego has only its nose in the zone. Further in is further from the nearer exit, behind it."""
     assert C.STOPPING_PLACE in codes(World(street((kind, 52.0, 70.0))), Creep(distance_m=4.0))
@@ -220,7 +240,7 @@ def test_back_up_from_beside_flagger_is_accepted():
     assert C.AUTHORITY in codes(World(street(), [behind]), BackUp(distance_m=5.0))
 
 
-@pytest.mark.parametrize("kind", [Z.LEVEL_CROSSING, Z.JUNCTION, Z.CROSSWALK])
+@pytest.mark.parametrize("kind", list(Z))
 def test_emergency_scene_does_not_hold_ego_in_place(kind):
     """An ambulance with its lights on stands at the exit, half in the lane beside: the ego leaves past it."""
     ambulance = thing("ambulance", 57.0, 2.3, kind=K.EMERGENCY, emergency_lights=True)

@@ -34,7 +34,7 @@ class CheckContext:
             everything must be certain now.
         sets_off: True if the ego has stopped for others before a junction, and the check decides on setting off.
         reverse: True if the plan backs up. `view` and `path` are then in the frame of `FrenetScene.backwards`.
-        began_s: Arc length at which a running plan began (m); None before the start.
+        began_s: Arc length at which the plan begins, or began if it is running (m); None for the first one of `path`.
     """
 
     view: FrenetScene

@@ -83,9 +83,7 @@ class Guard:
             return no_path(error), None
         view = self._facing(view, proven)
         tracked = tracked_path(proven.path, view, self.policy.tracking, reverse=proven.reverse)
-        commit_s = proven.commit_s(view.ego_s)
-        case = CheckContext(view, tracked, self.policy, guided, False, approvals, commit_s=commit_s)
-        case = replace(case, reverse=proven.reverse)
+        case = proven.context(view, tracked, self.policy)
         rejects = self._run(proven.checks, case) or self._swings(case, proven) or early_return(case, proven.no_stop)
         rejects = rejects or are_stops_safe(case, proven.no_stop)
         if stops:
@@ -178,10 +176,8 @@ class Guard:
         rest = tracked_path(proven.path.from_station(view.ego_s), view, self.policy.tracking, reverse=proven.reverse)
         # The stack's window of the road moves with the ego, so the entered lanes are taken from the present window.
         rest = replace(rest, enters=tuple(view.frame.same_lane(lane) for lane in rest.enters))
-        case = CheckContext(view, rest, self.policy, proven.guided, running=True, approvals=proven.approvals)
-        case = replace(case, stopped_at_s=proven.stopped_at_s, error_m=error_m, error_rad=error_rad)
-        began_s = float(proven.path.s[0])
-        return replace(case, commit_s=proven.commit_s(view.ego_s), reverse=proven.reverse, began_s=began_s)
+        case = proven.context(view, rest, self.policy)
+        return replace(case, running=True, error_m=error_m, error_rad=error_rad)
 
     def _after_commit(
         self,

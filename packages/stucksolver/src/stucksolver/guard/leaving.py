@@ -1,10 +1,10 @@
 """Tells plans that leave a place where the ego must not stand from plans that enter one or wait in one.
 
-Such places are level crossings, junctions and crosswalks. Their rules keep the ego out. For an ego that is already in
-such a place, the same rules would keep it there. So a plan that begins in a place and ends outside leaves it, forward
-or backward. It needs no approval for that place, and the approach to the place does not count as an obstruction.
-A plan that cannot end outside may end where the ego is less of an obstacle than now. Contacts, gaps, sight, red lights
-and speed limits hold for these plans as for all others.
+Such places are level crossings, junctions, crosswalks and areas that are marked to be kept clear. Their rules keep the
+ego out. For an ego that is already in such a place, the same rules would keep it there. So a plan that begins in a
+place and ends outside leaves it, forward or backward. It needs no approval for that place. A plan that cannot end
+outside may end where the ego is less of an obstacle than now. Contacts, gaps, sight, red lights and speed limits hold
+for these plans as for all others.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from stucksolver.scene.failed_attempts import RejectCode
 from stucksolver.scene.frenet import Mask
 from stucksolver.scene.road import Zone, ZoneKind
 
-PLACES = (ZoneKind.CROSSWALK, ZoneKind.JUNCTION, ZoneKind.LEVEL_CROSSING)
-"""Places where a vehicle must not stand, the worst last. Ours: a train cannot stop, crossing vehicles can, and
-pedestrians can walk around the ego.
+PLACES = (ZoneKind.KEEP_CLEAR, ZoneKind.CROSSWALK, ZoneKind.JUNCTION, ZoneKind.LEVEL_CROSSING)
+"""Places where a vehicle must not stand, the worst last. Ours: a train cannot stop, crossing vehicles can, pedestrians
+can walk around the ego, and an area that is marked to be kept clear is mostly empty.
 """
 
 
