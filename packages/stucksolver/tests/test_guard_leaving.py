@@ -52,9 +52,40 @@ def test_back_up_within_rails_is_rejected():
 
 
 def test_back_up_off_crossing_past_its_gates_is_accepted():
-    """The gates have come down while the ego stands between them: one beside the way back, one ahead."""
+    """The gates have come down while the ego stands on the rails between them."""
     gates = [gate(18.0), gate(58.0, 5.0)]
-    assert codes(World(CROSSING, [QUEUE, *gates]), BACK_OFF) == set()
+    assert codes(World(CROSSING, [thing("queue", 48.0), *gates], x=39.0), BackUp(distance_m=24.0)) == set()
+
+
+def test_closed_crossing_is_not_backed_across():
+    """The ego is beyond the rails. With the gates down, the way back over them needs the operator's approval."""
+    assert codes(World(CROSSING, [QUEUE, gate(18.0)]), BACK_OFF) == {C.AUTHORITY}
+
+
+@pytest.mark.parametrize("x", [18.0, 24.0, 30.0])
+def test_ego_waiting_at_closed_gate_within_zone_does_not_cross(x):
+    """The zone is longer than the way from the gate to the rails: a waiting ego has its front in it."""
+    for gates in ([gate(x + 4.0)], [gate(x + 4.0), gate(58.0, 5.0)], [gate(58.0, 5.0)]):
+        found = codes(World(CROSSING, gates, x=x), KeepLane(distance_m=60.0, speed_mps=5.0))
+        assert C.AUTHORITY in found
+        back = BackUp(distance_m=x - 16.0 + HALF_M, speed_mps=2.0)
+        assert codes(World(CROSSING, gates, x=x), back) == set()
+
+
+@pytest.mark.parametrize(("x", "asks"), [(34.0, True), (43.0, True), (47.0, False), (60.0, False)])
+def test_two_crosses_mark_one_crossing_once_the_ego_is_past_the_first(x, asks):
+    """A cross on either side of the rails has a zone of 24 m each. An ego that waits before the first one enters."""
+    crossing = street((Z.LEVEL_CROSSING, 36.0, 60.0), (Z.LEVEL_CROSSING, 48.0, 72.0))
+    found = codes(World(crossing, x=x), KeepLane(distance_m=80.0 - x, speed_mps=4.0))
+    assert found == ({C.AUTHORITY} if asks else set())
+
+
+def test_ego_with_nose_in_junction_does_not_pass_officer():
+    officer = thing("officer", 64.0, 2.5, kind=K.FLAGGER, length=0.5, width=0.5)
+    junction = street((Z.JUNCTION, 52.0, 72.0))
+    assert C.AUTHORITY in codes(World(junction, [officer]), KeepLane(distance_m=30.0, speed_mps=2.0))
+    assert codes(World(junction, [officer]), BackUp(distance_m=4.0)) == set()
+    assert C.AUTHORITY not in codes(World(junction, [officer], x=61.0), KeepLane(distance_m=20.0, speed_mps=2.0))
 
 
 def test_back_up_into_closed_gate_is_rejected():
@@ -225,7 +256,12 @@ def test_solid_line_is_crossed_to_leave_rails():
     change = ChangeLane(side="left", distance_m=40.0, speed_mps=5.0)
     assert codes(world, change) == set()
     assert C.SOLID_LINE in codes(world, change, guard=Guard(GuardPolicy(solid_line="forbid")))
-    assert C.SOLID_LINE in codes(World(street(**SOLID), [thing("queue", 66.0)]), change)
+    for road in (
+        street(**SOLID),
+        street((Z.CROSSWALK, 46.0, 52.0), **SOLID),
+        street((Z.LEVEL_CROSSING, 52.0, 60.0), **SOLID),
+    ):
+        assert C.SOLID_LINE in codes(World(road, [thing("queue", 66.0)]), change)
 
 
 # ---- scenes beside the way
@@ -271,7 +307,7 @@ def backed_off(world, *, at=None, seconds=60.0):
 
 
 def test_execution_backs_off_crossing_to_its_end():
-    world = World(CROSSING, [QUEUE, gate(17.0)])
+    world = World(CROSSING, [gate(17.0)], x=40.0)
     outcome, _ = backed_off(world)
     assert outcome.finished, outcome.text
     assert world.x + HALF_M < 20.0

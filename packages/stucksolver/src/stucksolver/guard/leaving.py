@@ -28,16 +28,27 @@ def places_left(case: CheckContext) -> tuple[Zone, ...]:
     """Return the places that the ego was in when the plan began and that no part of its body is in at the end.
 
     Two level crossings without room for the ego between them are one place, since the ego cannot leave one without
-    the other.
+    the other. The ego must be on the middle of the first one or past it: it waits before the rails otherwise.
     """
     return tuple(place for place in _places(case) if not _touches(case, place, case.path.end_s))
 
 
+def leaves_rails(case: CheckContext) -> bool:
+    """True if the ego was on the rails, or past them, when the plan began, and leaves the level crossing."""
+    return any(place.kind is ZoneKind.LEVEL_CROSSING and _reaches_middle(case, place) for place in places_left(case))
+
+
 def near_place_left(case: CheckContext, i: int) -> bool:
-    """True if object `i` is at a place that the plan leaves: a gate of the crossing, a vehicle at the exit."""
+    """True if object `i` is at a place that the plan leaves: a gate of the crossing, a vehicle at the exit.
+
+    The ego must be on the middle of the place, or past it and drive away from it. An ego that waits at a gate or before
+    an officer with its front within the place would pass them to enter it.
+    """
     view, near_m = case.view, case.policy.scenes.beside_m
     return any(
-        view.s[i] + view.along[i] > place.start_m - near_m and view.s[i] - view.along[i] < place.end_m + near_m
+        view.s[i] + view.along[i] > place.start_m - near_m
+        and view.s[i] - view.along[i] < place.end_m + near_m
+        and _reaches_middle(case, place)
         for place in places_left(case)
     )
 
@@ -95,8 +106,15 @@ def _places(case: CheckContext) -> tuple[Zone, ...]:
     return tuple(_with_tracks(case, zone) if zone.kind is ZoneKind.LEVEL_CROSSING else zone for zone in found)
 
 
+def _reaches_middle(case: CheckContext, place: Zone) -> bool:
+    """True if the ego's front was on the middle of a place or past it when the plan began."""
+    return case.start_s + case.view.ego.length_m / 2 >= (place.start_m + place.end_m) / 2
+
+
 def _with_tracks(case: CheckContext, zone: Zone) -> Zone:
     """Return a level crossing together with the next ones, as long as there is no room for the ego between them."""
+    if not _reaches_middle(case, zone):
+        return zone
     room_m = case.view.ego.length_m + 2 * case.policy.lanes.overrun_m
     rails = [other for other in case.view.surroundings.road.zones if other.kind is ZoneKind.LEVEL_CROSSING]
     # Each pass adds the crossings that adjoin the ones found so far.

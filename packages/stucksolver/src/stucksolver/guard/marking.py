@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from stucksolver.guard.context import CheckContext
-from stucksolver.guard.leaving import places_left
+from stucksolver.guard.leaving import leaves_rails
 from stucksolver.guard.numerics import KMH_PER_MPS
 from stucksolver.guard.passable_obstacles import is_queued, may_be_vehicle
 from stucksolver.guard.verdict import RejectReason
@@ -19,7 +19,7 @@ from stucksolver.scene.wording import stood_too_briefly
 def marking(case: CheckContext) -> list[RejectReason]:
     """Check that no curb is crossed, and solid lines only slowly, past a stationary obstruction, with approval.
 
-    A plan that leaves a place where the ego must not stand, into a lane in the ego's direction, needs neither.
+    A plan that leaves the rails into a lane in the ego's direction needs neither.
     """
     near_m = case.policy.lanes.line_near_m
     for lane in case.path.enters:
@@ -49,7 +49,7 @@ def _against_solid(case: CheckContext, lane: Lane, k: int) -> str | None:
     policy, here = case.policy, float(case.path.s[k])
     if policy.solid_line == "forbid":
         return "crossing is forbidden here"
-    leaving = lane.strip.direction is LaneDirection.SAME and bool(places_left(case))
+    leaving = lane.strip.direction is LaneDirection.SAME and leaves_rails(case)
     if not leaving and not case.approvals.cover("solid_line", ApprovalLevel(policy.solid_line)):
         return f"crossing requires approval from the {policy.solid_line}"
     fastest, cap = float(case.path.speed.max()), policy.speeds.recovery_mps

@@ -16,8 +16,11 @@ STANDS_MPS = 0.3
 class BackUp(Behavior):
     """Reverse straight along the lane and stop. `view` and `start` are in the frame of `FrenetScene.backwards`."""
 
-    summary: ClassVar[str] = "Reverse distance_m metres along the lane, where the lane behind is seen to be free."
-    phrase: ClassVar[PlanPhrase] = PlanPhrase("back up a little", "backing up a little")
+    summary: ClassVar[str] = (
+        "Reverse distance_m metres along the lane, where the lane behind is seen to be free; over 8 m only to leave a "
+        "level crossing, a junction or another place where a vehicle must not stand."
+    )
+    phrase: ClassVar[PlanPhrase] = PlanPhrase("back up", "backing up")
     checks: ClassVar[tuple[Check, ...]] = (
         Check.COLLISION,
         Check.DRIVABLE_AREA,
