@@ -1,4 +1,4 @@
-"""The ego has stopped on rails, in a junction or on a crosswalk, and leaves: backward, forward, or to the next lane."""
+"""The ego has stopped on rails, in a junction, or in another place to keep free, and leaves: back, ahead, or aside."""
 
 from __future__ import annotations
 
@@ -14,7 +14,12 @@ from lab.benchmarks.guard_oracle.vehicle import LENGTH_M
 from stucksolver.plan.behaviors import BackUp, Behavior, ChangeLane, Creep, KeepLane, Wait
 from stucksolver.scene import ZoneKind
 
-LENGTHS_M = {ZoneKind.LEVEL_CROSSING: (10.0, 36.0), ZoneKind.JUNCTION: (7.0, 24.0), ZoneKind.CROSSWALK: (3.0, 6.0)}
+LENGTHS_M = {
+    ZoneKind.LEVEL_CROSSING: (10.0, 36.0),
+    ZoneKind.JUNCTION: (7.0, 24.0),
+    ZoneKind.CROSSWALK: (3.0, 6.0),
+    ZoneKind.KEEP_CLEAR: (8.0, 20.0),
+}
 """Shortest and longest places (m)."""
 MOST_BACK_M = 40.0
 """Longest way that the ego backs up (m)."""
