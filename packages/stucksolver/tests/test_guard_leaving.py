@@ -289,9 +289,13 @@ def test_emergency_scene_does_not_hold_ego_in_place(kind):
 # ---- while the plan runs
 
 
-def backed_off(world, *, at=None, seconds=60.0):
-    """Drive `BACK_OFF`; `at` is called on every tick. Return the outcome and the nearest gap (m)."""
-    execution = Execution(RecoveryPlan(behaviors=(BACK_OFF,)), GUARD, False)
+def backed_off(world, *, at=None):
+    return carried_out(world, BACK_OFF, at=at)
+
+
+def carried_out(world, behavior, *, at=None, seconds=60.0):
+    """Drive a plan; `at` is called on every tick. Return the outcome and the nearest gap (m)."""
+    execution = Execution(RecoveryPlan(behaviors=(behavior,)), GUARD, False)
     verdict = execution.start(world.view(), 0.0)
     assert verdict.accepted, str(verdict)
     nearest_m, outcome = math.inf, None
@@ -325,6 +329,23 @@ def test_execution_person_behind_stops_back_up(onto_m):
     _, nearest_m = backed_off(world, at=step_in)
     assert nearest_m > 0.3
     assert world.x - HALF_M > onto_m
+
+
+@pytest.mark.parametrize("backs", [True, False], ids=["back", "ahead"])
+@pytest.mark.parametrize("arrives_s", [6.0, 10.0, 14.0])
+def test_execution_slow_ego_on_long_crossing_lets_train_by(backs, arrives_s):
+    """A train comes into sight while the ego leaves a long crossing, most of which is not in the train's path."""
+    train_s = 36.0 if backs else 44.0
+    world = World(CROSSING, x=50.0 if backs else 30.0, dt=0.1)
+    behavior = BackUp(distance_m=34.0, speed_mps=1.0) if backs else KeepLane(distance_m=35.0, speed_mps=1.0)
+    size = {"kind": K.UNKNOWN, "length": 40.0, "width": 2.7, "yaw": math.pi / 2}
+
+    def come(now):
+        if now.time_s >= 1.5 and not now.objects:
+            now.objects.append(thing("train", train_s, -20.0 - 9.0 * arrives_s, sideways=9.0, **size))
+
+    _, nearest_m = carried_out(world, behavior, at=come)
+    assert nearest_m > 0.3
 
 
 def test_execution_car_from_behind_stops_back_up():

@@ -100,7 +100,7 @@ def stop_out_of_paths(
     if not len(meets):
         return None
     off_rails, lack = _off_rails(case, places), lacks.max(axis=1, initial=-math.inf)
-    beside = off_rails & _beside_oncoming_lanes(case, places)
+    beside = _may_stop(off_rails, int(meets[0])) & _beside_oncoming_lanes(case, places)
     fits = beside[: len(ahead)] & (ahead < ahead[meets[0]]) & (ahead >= here + later_m)
     later = lack[: len(ahead)][fits & ~_enters_junction(case, ahead, here + stops[0].way_m)]
     # The brakes may act at any time up to the stated lag, and the rear may then still be in a path.
@@ -209,6 +209,18 @@ def _beside_oncoming_lanes(case: CheckContext, stations: Array) -> Mask:
     for lane in case.oncoming_lanes(float(stations.max())):
         right, left = (np.interp(stations, lane.s, row) for row in (lane.right, lane.left))
         result &= np.minimum(d + reach - right, left - d + reach) <= case.policy.lanes.standing_edge_m
+    return result
+
+
+def _may_stop(off_rails: Mask, meets: int) -> Mask:
+    """(stations,): True off rails, and everywhere for an ego on a crossing that meets a train further on.
+
+    Args:
+        off_rails: (stations,): True where no part of the body is on a level crossing; the first one is the ego's.
+        meets: Index of the first station in the path of the road user that the ego meets.
+    """
+    waits_for_train = meets > 0 and not off_rails[0] and not off_rails[meets]
+    result: Mask = np.full_like(off_rails, True) if waits_for_train else off_rails
     return result
 
 
