@@ -9,11 +9,21 @@ import numpy as np
 import pytest
 
 from guard_cases import CAR_M, GUARD, LENGTH_M, MULTI, POLICY, WIDTH_M, C, case_of, case_on, on_way
-from stucksolver.guard import NOBODY, adjacent_traffic, collision_mitigation, marking, sight_distance, traffic_rules
+from stucksolver.guard import (
+    NOBODY,
+    adjacent_traffic,
+    collision_mitigation,
+    leaving,
+    marking,
+    sight_distance,
+    traffic_rules,
+)
+from stucksolver.guard.context import CheckContext
 from stucksolver.guard.path_tracking import swing_out_motion, tracked_path
 from stucksolver.guard.policy import RssPolicy
 from stucksolver.guard.rss import rss_distance, rss_lateral
 from stucksolver.plan.behaviors import BackUp, ChangeLane, Creep, KeepLane, NoPathError, RequestAssistance
+from stucksolver.plan.frenet_path import FrenetPath
 from stucksolver.scene import LaneKind, LineKind, ObjectKind, Zone, ZoneKind
 from stucksolver.scene.failed_attempts import PlanFailure
 from worlds import LANE_M, World, straight_road, thing
@@ -225,10 +235,10 @@ def test_on_rails_covers_present_place_and_stop(x, on_them):
 )
 def test_leaves_crossing_only_with_body_on_it_and_end_beyond(x, end_m, leaves):
     """A path leaves a level crossing if the ego is on it and the path ends beyond it."""
-    crossing = Zone(kind=ZoneKind.LEVEL_CROSSING, start_m=55.0, end_m=70.0)
-    case = case_on([0.0] * round(2 * (end_m - x) + 1), [0.0] * round(2 * (end_m - x) + 1), start_s=x)
-    path = replace(case.path, s=np.linspace(x, end_m, len(case.path.s)))
-    assert traffic_rules._leaves(replace(case, path=path), crossing) is leaves
+    world = World(zones(ZoneKind.LEVEL_CROSSING, 55.0, 70.0), x=x)
+    s = np.linspace(x, end_m, 40)
+    case = CheckContext(world.view(), FrenetPath(s, np.zeros(40), np.full(40, 5.0)), POLICY)
+    assert leaving.leaves(case, world.road.zones[0]) is leaves
 
 
 @pytest.mark.parametrize(("aside_m", "free"), [(0.12, False), (0.08, True)])

@@ -141,7 +141,7 @@ MOVES = st.one_of(
     st.builds(KeepLane, distance_m=st.floats(1.0, 60.0), speed_mps=st.floats(0.6, 5.5)),
     st.builds(Creep, distance_m=st.floats(1.0, 15.0), speed_mps=st.floats(0.6, 2.2)),
     st.builds(FollowVehicle, leader_id=st.just("lead"), distance_m=st.floats(5.0, 60.0), speed_mps=st.floats(0.6, 5.5)),
-    st.builds(BackUp, distance_m=st.floats(1.0, 8.0)),
+    st.builds(BackUp, distance_m=st.floats(1.0, 40.0)),
 )
 
 

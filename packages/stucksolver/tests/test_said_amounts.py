@@ -48,7 +48,7 @@ def begun(result):
     ("behavior", "heard", "name", "value"),
     [
         (BackUp(distance_m=3.0), reading("back_up", distance_m=5.0), "distance_m", 5.0),
-        (BackUp(distance_m=3.0), reading("back_up", distance_m=50.0), "distance_m", 8.0),
+        (BackUp(distance_m=3.0), reading("back_up", distance_m=50.0), "distance_m", 40.0),
         (BackUp(distance_m=3.0), reading("back_up", distance_m=0.3), "distance_m", 1.0),
         (KeepLane(distance_m=20.0, speed_mps=2.0), reading("go", distance_m=5.0), "distance_m", 5.0),
         (PullOver(), reading("let_me_out", distance_m=40.0), "distance_m", 40.0),

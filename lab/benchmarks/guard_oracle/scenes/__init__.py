@@ -3,6 +3,7 @@
 from lab.benchmarks.guard_oracle.scenes import (  # noqa: F401
     controls,
     leaders,
+    leaving,
     oncoming,
     own_direction,
     people,

@@ -138,12 +138,14 @@ def test_line_that_the_ego_backs_over_is_ahead_again():
     assert RejectCode.RED_LIGHT not in street.codes()
 
 
-def test_line_that_is_well_behind_is_forgotten():
+@pytest.mark.parametrize(("beyond_m", "known"), [(40.0, True), (80.0, True), (95.0, False)])
+def test_line_that_is_well_behind_is_forgotten(beyond_m, known):
+    """The longest way back does not lead over a line that was forgotten."""
     street = Street(x=60.0)
     street.look(S.RED)
-    street.look(x=LINE_X + 30.0)
+    street.look(x=LINE_X + beyond_m)
     street.look(x=60.0)
-    assert street.seen.controls == ()
+    assert [control.state for control in street.seen.controls] == ([S.UNKNOWN] if known else [])
 
 
 @pytest.mark.parametrize("order", [(S.RED, S.GREEN), (S.GREEN, S.RED)])

@@ -65,7 +65,7 @@ def watch_collisions(stage, car):
     return found
 
 
-@pytest.mark.parametrize("distance_m", [2.0, 8.0])
+@pytest.mark.parametrize("distance_m", [2.0, 8.0, 30.0])
 def test_backing_up_goes_straight_back_and_stands(stage, distance_m):
     car, stack = stage.ego(STREET, STREET_END)
     outcome, trail = carry_out(stage, car, stack, BackUp(distance_m=distance_m))

@@ -30,7 +30,7 @@ def is_followed_lead(case: CheckContext, station: Array, which: Array, t: Array)
     view, policy = case.view, case.policy.prediction
     leads = (view.vs[which] > policy.along_mps) & (np.abs(view.vd[which]) < policy.steady_mps) & ~view.elsewhere[which]
     # A pedestrian is not a lead: an adaptive cruise control may not follow one.
-    leads &= (view.s[which] + view.along[which] > view.ego_s) & ~view.on_foot[which]
+    leads &= (view.s[which] + view.along[which] > view.ego_s) & ~view.on_foot[which] & case.traffic[which]
     leads &= np.array([view.objects[int(i)].id not in case.path.passes for i in which], dtype=bool)
     result = np.zeros((len(station), 1, len(which)), dtype=bool)
     for k in np.flatnonzero(leads):
@@ -106,7 +106,8 @@ def from_behind(case: CheckContext) -> list[RejectReason]:
     The gap is the RSS distance at that time. Traffic directly behind the ego keeps its own distance.
     """
     view, path, policy = case.view, case.path, case.policy.entry
-    for i in np.flatnonzero((view.vs > MOVING_MPS) & ~view.elsewhere & (view.s - view.along < view.ego_front_s)):
+    coming = (view.vs > MOVING_MPS) & case.traffic & ~view.elsewhere
+    for i in np.flatnonzero(coming & (view.s - view.along < view.ego_front_s)):
         on_left = bool(view.d[i] > path.d[0])
         side = 1.0 if on_left else -1.0
         gap_m = side * (view.d[i] - path.d) - view.across[i] - case.reach

@@ -1,66 +1,84 @@
-"""Checks the end of backing up. An ego that is already in a junction may back up within it or out of it."""
+"""Checks the sight behind an ego that backs up: stacks do not watch that direction."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from stucksolver.guard.collision_mitigation import hard_braking_mps2
 from stucksolver.guard.context import CheckContext
-from stucksolver.guard.prediction import moving_gaps, relevant
-from stucksolver.guard.traffic_rules import no_oncoming_lane, stopping_place
-from stucksolver.guard.verdict import RejectReason
+from stucksolver.guard.leaving import places_left
+from stucksolver.guard.numerics import stopping_distance_m
+from stucksolver.guard.rss import rss_distance
+from stucksolver.guard.verdict import RejectReason, Verdict
+from stucksolver.plan.behaviors import AbortAction
 from stucksolver.scene.failed_attempts import RejectCode
-from stucksolver.scene.frenet import Mask
-from stucksolver.scene.road import Zone, ZoneKind
+from stucksolver.scene.frenet import Lane
+from stucksolver.scene.objects import MOTOR_VEHICLES
 
 
-def backing_place(case: CheckContext) -> list[RejectReason]:
-    """Check that the ego may stop where the path ends or, if it starts in a junction, that the end is no worse.
-
-    No worse means: not on rails; not in a junction unless the ego is already in it; not on a crosswalk with people
-    near; not in the path of a moving object that the ego does not already block.
-    """
-    view, end = case.view, case.path.end_s
-    junction = view.zone_at(float(case.path.s[0]), ZoneKind.JUNCTION)
-    if junction is None or view.zone_at(end) is None:
-        return stopping_place(case)
-    half = view.ego.length_m / 2
-    for zone in view.surroundings.road.zones:
-        if not (zone.start_m < end + half and end - half < zone.end_m) or zone == junction:
-            continue
-        if zone.kind is not ZoneKind.CROSSWALK or _people_near(case, zone):
-            zone_name = zone.kind.value.replace("_", " ")
-            return [RejectReason(code=RejectCode.STOPPING_PLACE, detail=f"the backing path ends in a {zone_name}")]
-    return no_oncoming_lane(case) or _blocks_moving_object(case)
-
-
-def _people_near(case: CheckContext, zone: Zone) -> bool:
-    """True if a pedestrian or cyclist is on the crosswalk, or near enough to step onto it."""
-    view, near_m = case.view, case.policy.backing.people_m
-    along = (view.s > zone.start_m - near_m) & (view.s < zone.end_m + near_m)
-    near = np.abs(view.d) - view.across < case.policy.scenes.beside_m
-    return bool((view.vulnerable & along & near).any())
-
-
-def _blocks_moving_object(case: CheckContext) -> list[RejectReason]:
-    """Reject a stop in the path of a moving object that does not hit the ego at its present position."""
-    view, policy = case.view, case.policy
-    arrives_s = 0.0 if case.running else case.slow.duration_s
-    t = np.arange(0.0, arrives_s + policy.stopping.goes_on_s, policy.prediction.step_s)
-    which = relevant(case, float(t[-1]))
-    which = which[view.moving[which]]
-    if not len(which):
+def check_lane_visible(case: CheckContext) -> list[RejectReason]:
+    """Check that the lane is visible for the whole path plus a margin."""
+    lane = case.start_lane
+    sight_m = 0.0 if lane is None else case.view.sight_ahead_m(lane)
+    needed = case.path.end_s - case.view.ego_s + case.view.ego.length_m / 2 + _margin_m(case, lane, sight_m)
+    if sight_m >= needed - (case.policy.backing.look_m if case.running else 0.0):
         return []
-    ends = np.array([[case.path.end_s], [float(case.path.s[0])]]) + np.zeros(len(t))
-    gap = moving_gaps(case, ends, which, t)
-    contact: Mask = gap.min(axis=1) < policy.clearance.moving_gap_m
-    worse = np.flatnonzero(contact[0] & ~contact[1])
-    return [_blocked(case, int(which[k]), float(gap[0, :, k].min())) for k in worse[:1]]
+    return [_not_visible(f"sight distance {sight_m:.1f} m, required {needed:.1f} m for the path", sight_m - needed)]
 
 
-def _blocked(case: CheckContext, index: int, gap_m: float) -> RejectReason:
-    obj, required_m = case.view.objects[index], case.policy.clearance.moving_gap_m
-    detail = (
-        f"{obj.kind.value} {obj.id}: gap {gap_m:.2f} m between its predicted path and the end of the backing path, "
-        f"required {required_m:.2f} m"
-    )
-    return RejectReason(code=RejectCode.GAP, detail=detail, object_id=obj.id, gap_m=gap_m)
+def must_stop(case: CheckContext, off: RejectReason | None) -> Verdict | None:
+    """Return the verdict that stops an ego past the commit point, even in a place to keep free; None to back up.
+
+    Off its path (`off`), the ego backs up where nothing was proven, and the plan ends. It pauses while it does not see
+    as far as it needs for a stop. The rest of the path need not be visible.
+    """
+    if off is not None:
+        return Verdict(rejects=(off,), abort=AbortAction.STOP, brake_mps2=hard_braking_mps2(case))
+    lane, ego, backing = case.start_lane, case.view.ego, case.policy.backing
+    sight_m = 0.0 if lane is None else case.view.sight_ahead_m(lane)
+    stop_m = stopping_distance_m(abs(ego.speed_mps), ego.limits.comfort_braking_mps2, case.policy.stopping.lag_s)
+    needed = ego.length_m / 2 + min(stop_m, case.path.end_s - case.view.ego_s) + backing.closed_margin_m
+    if sight_m >= needed - backing.look_m:
+        return None
+    unseen = _not_visible(f"sight distance {sight_m:.1f} m, required {needed:.1f} m for a stop", sight_m - needed)
+    return Verdict(rejects=(unseen,), abort=AbortAction.YIELD)
+
+
+def _margin_m(case: CheckContext, lane: Lane | None, sight_m: float) -> float:
+    """Return the sight distance required beyond the path (m).
+
+    An ego that backs up further than for a recovery may come near traffic that is not in sight yet. Traffic at the
+    limit of the lane must then be able to stop behind it, by Lemma 2. This does not count the way out of a place where
+    the ego must not stand: staying there is worse.
+    """
+    policy = case.policy.backing
+    if lane is not None and _closed(case, lane, sight_m):
+        return policy.closed_margin_m
+    half = case.view.ego.length_m / 2
+    begins = max([case.start_s, *(place.end_m + half for place in places_left(case))])
+    if case.path.end_s - begins <= policy.far_m:
+        return policy.margin_m
+    limit = (lane.strip.speed_limit_mps if lane else None) or case.policy.oncoming.unknown_limit_mps
+    return max(policy.margin_m, rss_distance(limit, 0.0, case.policy.rss, running=True))
+
+
+def _closed(case: CheckContext, lane: Lane, seen_m: float) -> bool:
+    """True if the sight in a lane ends at a stopped vehicle that fills it, and the ego only creeps toward it."""
+    view, policy = case.view, case.policy.backing
+    standing = ~view.moving & (view.s > view.ego_s)
+    nearer = view.s - view.along - view.ego_s
+    if float(case.path.speed.max()) > policy.gentle_mps:
+        return False
+    ends_m = policy.sight_ends_m + (policy.look_m if case.running else 0.0)
+    for i in np.flatnonzero(standing & (np.abs(nearer - seen_m) < ends_m)):
+        right, _, left = lane.at(float(view.s[i]))
+        gap_m = max(view.d[i] - view.across[i] - right, left - view.d[i] - view.across[i])
+        apart_m = np.hypot(view.s - view.s[i], view.d - view.d[i]) - view.along[i]
+        people = view.vulnerable & (apart_m < policy.people_m)
+        if gap_m < policy.beside_m and not people.any() and view.objects[int(i)].kind in MOTOR_VEHICLES:
+            return True
+    return False
+
+
+def _not_visible(detail: str, gap_m: float) -> RejectReason:
+    return RejectReason(code=RejectCode.PATH_NOT_VISIBLE, detail=detail, gap_m=gap_m, margin=gap_m, unit="m")

@@ -33,6 +33,8 @@ class CheckContext:
         commit_s: Arc length up to which the plan is checked again on every tick and may end in a stop (m). None if
             everything must be certain now.
         sets_off: True if the ego has stopped for others before a junction, and the check decides on setting off.
+        reverse: True if the plan backs up. `view` and `path` are then in the frame of `FrenetScene.backwards`.
+        began_s: Arc length at which the plan begins, or began if it is running (m); None for the first one of `path`.
     """
 
     view: FrenetScene
@@ -46,6 +48,8 @@ class CheckContext:
     error_rad: float = 0.0
     commit_s: float | None = None
     sets_off: bool = False
+    reverse: bool = False
+    began_s: float | None = None
 
     @cached_property
     def quick(self) -> SpeedProfile:
@@ -72,6 +76,16 @@ class CheckContext:
         half_length, half_width = self.view.ego.length_m / 2, self.view.ego.width_m / 2
         reach: Array = half_width * np.abs(np.cos(self.heading)) + half_length * np.abs(np.sin(self.heading))
         return reach + SURE_SDS * (self.view.ego.position_sd_m or 0.0)
+
+    @cached_property
+    def traffic(self) -> Mask:
+        """(objects,): True for objects that move by themselves.
+
+        A tracker may report a velocity for a barrier or a bin. Above walking pace its class is wrong rather than its
+        velocity, so it counts.
+        """
+        result: Mask = self.view.moving | (self.view.speed > self.policy.speeds.creep_mps)
+        return result
 
     def uncertainty_m(self, i: int) -> float:
         """Return how much nearer across the road an object may be than detected, as both poses are uncertain (m)."""
@@ -135,6 +149,11 @@ class CheckContext:
         """True if the ego's center or that arc length (m) is on a level crossing."""
         here = float(self.path.s[0])
         return any(self.view.zone_at(s, ZoneKind.LEVEL_CROSSING) is not None for s in (here, until_s))
+
+    @property
+    def start_s(self) -> float:
+        """Arc length at which the plan began or begins (m)."""
+        return float(self.path.s[0]) if self.began_s is None else self.began_s
 
     @cached_property
     def start_lane(self) -> Lane | None:

@@ -83,12 +83,11 @@ class Guard:
             return no_path(error), None
         view = self._facing(view, proven)
         tracked = tracked_path(proven.path, view, self.policy.tracking, reverse=proven.reverse)
-        commit_s = proven.commit_s(view.ego_s)
-        case = CheckContext(view, tracked, self.policy, guided, approvals=approvals, commit_s=commit_s)
+        case = proven.context(view, tracked, self.policy)
         rejects = self._run(proven.checks, case) or self._swings(case, proven) or early_return(case, proven.no_stop)
         rejects = rejects or are_stops_safe(case, proven.no_stop)
         if stops:
-            rejects = rejects or (back_up.backing_place if proven.reverse else traffic_rules.stopping_place)(case)
+            rejects = rejects or traffic_rules.no_worse_place(case)
         return (
             (Verdict(rejects=tuple(rejects)), None)
             if rejects
@@ -152,6 +151,8 @@ class Guard:
             red = path_checks.stop_line(case)
             if red:
                 return Verdict(rejects=tuple(red), abort=AbortAction.STOP, brake_mps2=hard_braking_mps2(case))
+        if proven.reverse and (ends := back_up.must_stop(case, off)) is not None:
+            return ends
         case = replace(case, sets_off=bool(giving_way) and waits_outside(case))
         rejects = ([off] if off else []) + path_checks.collision(case)
         pressing = [] if proven.reverse else lane_entry.check_rear_traffic_can_stop(case, giving_way)
@@ -175,9 +176,8 @@ class Guard:
         rest = tracked_path(proven.path.from_station(view.ego_s), view, self.policy.tracking, reverse=proven.reverse)
         # The stack's window of the road moves with the ego, so the entered lanes are taken from the present window.
         rest = replace(rest, enters=tuple(view.frame.same_lane(lane) for lane in rest.enters))
-        case = CheckContext(view, rest, self.policy, proven.guided, running=True, approvals=proven.approvals)
-        case = replace(case, stopped_at_s=proven.stopped_at_s, error_m=error_m, error_rad=error_rad)
-        return replace(case, commit_s=proven.commit_s(view.ego_s))
+        case = proven.context(view, rest, self.policy)
+        return replace(case, running=True, error_m=error_m, error_rad=error_rad)
 
     def _after_commit(
         self,

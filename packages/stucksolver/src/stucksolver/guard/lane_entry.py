@@ -57,7 +57,9 @@ def _entry(case: CheckContext, lane: Lane, k: int) -> list[RejectReason]:
     borrowed = lane.strip.direction is LaneDirection.OPPOSITE
     tail = _tail(case, lane, k)
     for i, obj in enumerate(view.objects):
-        if view.vs[i] < case.policy.prediction.along_mps or (borrowed and obj.id in case.path.passes):
+        if view.vs[i] < case.policy.prediction.along_mps or not case.traffic[i]:
+            continue
+        if borrowed and obj.id in case.path.passes:
             continue
         if view.d[i] + view.across[i] <= right + tolerance_m or view.d[i] - view.across[i] >= left - tolerance_m:
             continue
@@ -77,7 +79,8 @@ def check_rear_traffic_can_stop(case: CheckContext, giving_way: GivingWay) -> li
     next one counts as watching.
     """
     view, path, policy = case.view, case.path, case.policy.entry
-    behind = np.flatnonzero((view.vs > MOVING_MPS) & ~view.elsewhere & (view.s - view.along < view.ego_front_s))
+    coming = (view.vs > MOVING_MPS) & case.traffic & ~view.elsewhere
+    behind = np.flatnonzero(coming & (view.s - view.along < view.ego_front_s))
     # The nearest vehicle comes first: while the ego yields to it, no vehicle behind it is named in the verdict.
     for i in behind[np.argsort(-view.s[behind], kind="stable")]:
         on_left = bool(view.d[i] > path.d[0])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from stucksolver.guard.context import CheckContext
+from stucksolver.guard.leaving import leaves_rails
 from stucksolver.guard.numerics import KMH_PER_MPS
 from stucksolver.guard.passable_obstacles import is_queued, may_be_vehicle
 from stucksolver.guard.verdict import RejectReason
@@ -16,7 +17,10 @@ from stucksolver.scene.wording import stood_too_briefly
 
 
 def marking(case: CheckContext) -> list[RejectReason]:
-    """Check that no curb is crossed, and solid lines only slowly, past a stationary obstruction, with approval."""
+    """Check that no curb is crossed, and solid lines only slowly, past a stationary obstruction, with approval.
+
+    A plan that leaves the rails into a lane in the ego's direction needs neither.
+    """
     near_m = case.policy.lanes.line_near_m
     for lane in case.path.enters:
         inside = case.inside(lane)
@@ -45,13 +49,14 @@ def _against_solid(case: CheckContext, lane: Lane, k: int) -> str | None:
     policy, here = case.policy, float(case.path.s[k])
     if policy.solid_line == "forbid":
         return "crossing is forbidden here"
-    if not case.approvals.cover("solid_line", ApprovalLevel(policy.solid_line)):
+    leaving = lane.strip.direction is LaneDirection.SAME and leaves_rails(case)
+    if not leaving and not case.approvals.cover("solid_line", ApprovalLevel(policy.solid_line)):
         return f"crossing requires approval from the {policy.solid_line}"
     fastest, cap = float(case.path.speed.max()), policy.speeds.recovery_mps
     if fastest > cap:
         return f"speed {KMH_PER_MPS * fastest:.0f} km/h, allowed {KMH_PER_MPS * cap:.0f} km/h"
     margin_m = policy.lanes.zone_margin_m
-    for zone in case.view.surroundings.road.zones:
+    for zone in () if leaving else case.view.surroundings.road.zones:
         if zone.start_m - margin_m < here < zone.end_m + margin_m:
             return f"crossing within {margin_m:.1f} m of a {zone.kind.value.replace('_', ' ')}"
     if lane.strip.direction is LaneDirection.OPPOSITE and _legal_way(case, here):
@@ -60,7 +65,7 @@ def _against_solid(case: CheckContext, lane: Lane, k: int) -> str | None:
         sight_m, needed_m = case.view.sight_ahead_m(lane), case.path.end_s - here
         if sight_m < needed_m:
             return f"sight distance in the lane beyond {sight_m:.1f} m, required {needed_m:.1f} m"
-    return _no_obstruction(case)
+    return None if leaving else _no_obstruction(case)
 
 
 def _legal_way(case: CheckContext, s: float) -> bool:

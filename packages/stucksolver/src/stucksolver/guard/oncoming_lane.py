@@ -142,7 +142,9 @@ def _gap(case: CheckContext, borrowed: LaneBorrow) -> list[RejectReason]:
     front = float(case.path.s[borrowed.last]) + view.ego.length_m / 2
     for i, obj in enumerate(view.objects):
         coming = -float(view.vs[i])
-        if coming < case.policy.prediction.along_mps or view.s[i] + view.along[i] < view.ego_s:
+        if coming < case.policy.prediction.along_mps or not case.traffic[i]:
+            continue
+        if view.s[i] + view.along[i] < view.ego_s:
             continue
         right, _, left = borrowed.lane.at(float(view.s[i]))
         if view.d[i] + view.across[i] <= right or view.d[i] - view.across[i] >= left:

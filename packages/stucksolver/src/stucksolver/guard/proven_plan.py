@@ -12,12 +12,13 @@ from stucksolver.guard import back_up, lane_entry, marking, oncoming_lane, passa
 from stucksolver.guard import path_checks as checks
 from stucksolver.guard.adjacent_traffic import from_behind
 from stucksolver.guard.context import CheckContext
-from stucksolver.guard.policy import NOBODY, Approvals
+from stucksolver.guard.policy import NOBODY, Approvals, GuardPolicy
 from stucksolver.guard.sight_distance import check_sight_distance
 from stucksolver.guard.verdict import RejectReason
 from stucksolver.plan.behaviors import Behavior, Check
 from stucksolver.plan.frenet_path import FrenetPath
 from stucksolver.scene.frenet import Mask
+from stucksolver.scene.frenet_scene import FrenetScene
 
 CHECKS: dict[Check, Callable[[CheckContext], list[RejectReason]]] = {
     Check.COLLISION: lambda case: checks.collision(case) + from_behind(case) + check_sight_distance(case),
@@ -30,8 +31,8 @@ CHECKS: dict[Check, Callable[[CheckContext], list[RejectReason]]] = {
     Check.AUTHORITY: lambda case: traffic_rules.authority(case) + traffic_rules.off_rails(case),
     Check.OFF_ROUTE: traffic_rules.off_route,
     Check.STOPPING_PLACE: traffic_rules.stopping_place,
-    Check.BACKING_PLACE: back_up.backing_place,
-    Check.SEEN_FREE: traffic_rules.check_lane_visible,
+    Check.NO_WORSE_PLACE: traffic_rules.no_worse_place,
+    Check.SEEN_FREE: back_up.check_lane_visible,
     Check.PASSABLE: passable_obstacles.passable,
     Check.PATIENCE: passable_obstacles.check_wait_elapsed,
     Check.MARKING: marking.marking,
@@ -83,6 +84,26 @@ class ProvenPlan:
     def checks_on_tick(self) -> tuple[Check, ...]:
         """Checks whose result can change while the plan runs."""
         return tuple(check for check in self.checks if check not in SETTLED)
+
+    def context(self, view: FrenetScene, path: FrenetPath, policy: GuardPolicy) -> CheckContext:
+        """Return the context of a check of the plan, or of the rest of it.
+
+        Args:
+            view: Surroundings in road coordinates, as the plan faces them.
+            path: Path of the plan from the ego's present pose.
+            policy: Policy of the guard.
+        """
+        return CheckContext(
+            view,
+            path,
+            policy,
+            self.guided,
+            approvals=self.approvals,
+            stopped_at_s=self.stopped_at_s,
+            commit_s=self.commit_s(view.ego_s),
+            reverse=self.reverse,
+            began_s=float(self.path.s[0]),
+        )
 
     def commit_s(self, s: float) -> float:
         """Return the arc length of the next commit point at or after `s` (m), rounded to the safe side.

@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from stucksolver.guard.context import CheckContext
+from stucksolver.guard.leaving import blocks_moving_object, leaves, near_place_left, worse_place
 from stucksolver.guard.numerics import EPSILON
 from stucksolver.guard.verdict import RejectReason
 from stucksolver.plan.frenet_path import landing_m
 from stucksolver.scene.failed_attempts import RejectCode
-from stucksolver.scene.frenet import Array, Lane
-from stucksolver.scene.objects import MOTOR_VEHICLES, ObjectKind, TrackedObject
+from stucksolver.scene.frenet import Array
+from stucksolver.scene.objects import ObjectKind, TrackedObject
 from stucksolver.scene.road import LaneDirection, LaneKind, Zone, ZoneKind
 
 IN_A_SCENE = (ObjectKind.FLAGGER, ObjectKind.CROSSING_GATE, ObjectKind.SCHOOL_BUS, ObjectKind.EMERGENCY)
@@ -37,16 +38,18 @@ def off_route(case: CheckContext) -> list[RejectReason]:
         f"allowed {policy.off_route_m:.0f} m and {policy.off_route_s:.0f} s"
     )
     short_m, short_s = policy.off_route_m - away_m, policy.off_route_s - away_s
-    margin, unit = (short_m, "m") if short_m < 0.0 else (short_s, "s")
-    return [
-        RejectReason(code=RejectCode.OFF_ROUTE, detail=detail, time_s=away_s, gap_m=short_m, margin=margin, unit=unit)
-    ]
+    reason = RejectReason(
+        code=RejectCode.OFF_ROUTE, detail=detail, time_s=away_s, gap_m=short_m, margin=short_m, unit="m"
+    )
+    return [reason if short_m < 0.0 else reason.model_copy(update={"margin": short_s, "unit": "s"})]
 
 
 def authority(case: CheckContext) -> list[RejectReason]:
     """Check that a level crossing, school bus, flagger or emergency scene is passed only with approval.
 
-    An emergency scene requires none if the ego moves over by a whole lane.
+    An emergency scene requires none if the ego moves over by a whole lane. A plan that leaves a place where the ego
+    must not stand requires none for that place, nor for what is there, except for a school bus. An ego that backs up
+    passes only what is behind it.
     """
     view, policy = case.view, case.policy
     half = view.ego.length_m / 2
@@ -57,14 +60,17 @@ def authority(case: CheckContext) -> list[RejectReason]:
         if zone.kind is ZoneKind.LEVEL_CROSSING
         and start < zone.end_m
         and zone.start_m < end + policy.lanes.overrun_m
-        and not _leaves(case, zone)
+        and not leaves(case, zone)
     ]
+    passed_from = start + view.ego.length_m if case.reverse else start
     for i, obj in enumerate(view.objects):
         rule = _scene_of(obj, policy.scenes.stands_mps) if obj.kind in IN_A_SCENE else None
         if rule is None:
             continue
-        ahead = view.s[i] + view.along[i] > start and view.s[i] - view.along[i] < end
+        ahead = view.s[i] + view.along[i] > passed_from and view.s[i] - view.along[i] < end
         if not ahead or abs(view.d[i]) - view.across[i] >= policy.scenes.beside_m:
+            continue
+        if rule != "school_bus" and near_place_left(case, i):
             continue
         if rule != "emergency_scene" or not _moves_over(case, i):
             scenes.append((rule, obj.id))
@@ -93,12 +99,6 @@ def off_rails(case: CheckContext) -> list[RejectReason]:
         if zone.kind is ZoneKind.LEVEL_CROSSING and overlaps:
             return [RejectReason(code=RejectCode.STOPPING_PLACE, detail="the path ends on a level crossing")]
     return []
-
-
-def _leaves(case: CheckContext, zone: Zone) -> bool:
-    """True if the ego is already in a zone and the path leads out of it."""
-    half, here, end = case.view.ego.length_m / 2, case.view.ego_s, float(case.path.end_s)
-    return zone.start_m < here + half and here - half < zone.end_m and not zone.start_m - half < end < zone.end_m + half
 
 
 def _moves_over(case: CheckContext, i: int) -> bool:
@@ -163,13 +163,24 @@ def stopping_place(case: CheckContext) -> list[RejectReason]:
     """Check that the ego may stop where the path ends: in no junction, crosswalk, level crossing or oncoming lane."""
     end = case.path.end_s
     zone = case.view.zone_at(end) or case.view.zone_at(end + case.policy.lanes.overrun_m)
-    if zone is not None:
-        zone_name = zone.kind.value.replace("_", " ")
-        return [RejectReason(code=RejectCode.STOPPING_PLACE, detail=f"the path ends in a {zone_name}")]
-    return no_oncoming_lane(case)
+    return _no_oncoming_lane(case) if zone is None else [_ends_in(zone)]
 
 
-def no_oncoming_lane(case: CheckContext) -> list[RejectReason]:
+def no_worse_place(case: CheckContext) -> list[RejectReason]:
+    """Check that the ego may stop where the path ends, or that it ends in a less bad place than the one it leaves.
+
+    Such a place is not in the path of a moving object that the ego does not block now.
+    """
+    zone = worse_place(case)
+    return (_no_oncoming_lane(case) or blocks_moving_object(case)) if zone is None else [_ends_in(zone)]
+
+
+def _ends_in(zone: Zone) -> RejectReason:
+    zone_name = zone.kind.value.replace("_", " ")
+    return RejectReason(code=RejectCode.STOPPING_PLACE, detail=f"the path ends in a {zone_name}")
+
+
+def _no_oncoming_lane(case: CheckContext) -> list[RejectReason]:
     """Check that the path does not end in a lane of oncoming traffic."""
     end = case.path.end_s
     for lane in case.view.frame.lanes:
@@ -178,42 +189,3 @@ def no_oncoming_lane(case: CheckContext) -> list[RejectReason]:
         if lane.covers(end, end) and case.inside(lane)[-1]:
             return [RejectReason(code=RejectCode.STOPPING_PLACE, detail="the path ends in an oncoming lane")]
     return []
-
-
-def check_lane_visible(case: CheckContext) -> list[RejectReason]:
-    """Check that the lane is visible for the whole path plus a margin, for moves that a stack does not watch."""
-    lane = case.start_lane
-    sight_m = 0.0 if lane is None else case.view.sight_ahead_m(lane)
-    backing = case.policy.backing
-    closed = lane is not None and _closed(case, lane, sight_m)
-    margin = backing.closed_margin_m if closed else backing.margin_m
-    needed = case.path.end_s - case.view.ego_s + case.view.ego.length_m / 2 + margin
-    if sight_m >= needed - (backing.look_m if case.running else 0.0):
-        return []
-    return [
-        RejectReason(
-            code=RejectCode.PATH_NOT_VISIBLE,
-            detail=f"sight distance {sight_m:.1f} m, required {needed:.1f} m for the path",
-            gap_m=sight_m - needed,
-            margin=sight_m - needed,
-            unit="m",
-        )
-    ]
-
-
-def _closed(case: CheckContext, lane: Lane, seen_m: float) -> bool:
-    """True if the sight in a lane ends at a stopped vehicle that fills it, and the ego only creeps toward it."""
-    view, policy = case.view, case.policy.backing
-    standing = ~view.moving & (view.s > view.ego_s)
-    nearer = view.s - view.along - view.ego_s
-    if float(case.path.speed.max()) > policy.gentle_mps:
-        return False
-    ends_m = policy.sight_ends_m + (policy.look_m if case.running else 0.0)
-    for i in np.flatnonzero(standing & (np.abs(nearer - seen_m) < ends_m)):
-        right, _, left = lane.at(float(view.s[i]))
-        gap_m = max(view.d[i] - view.across[i] - right, left - view.d[i] - view.across[i])
-        apart_m = np.hypot(view.s - view.s[i], view.d - view.d[i]) - view.along[i]
-        people = view.vulnerable & (apart_m < policy.people_m)
-        if gap_m < policy.beside_m and not people.any() and view.objects[int(i)].kind in MOTOR_VEHICLES:
-            return True
-    return False

@@ -100,7 +100,10 @@ def stop_out_of_paths(
     if not len(meets):
         return None
     off_rails, lack = _off_rails(case, places), lacks.max(axis=1, initial=-math.inf)
-    beside = off_rails & _beside_oncoming_lanes(case, places)
+    beside = _beside_oncoming_lanes(case, places)
+    # For a train, a place on the crossing beside its path is better than that path.
+    if not all(_comes_on_rails(case, int(i), times_s[view.objects[i].id]) for i in np.flatnonzero(conflicts)):
+        beside &= off_rails
     fits = beside[: len(ahead)] & (ahead < ahead[meets[0]]) & (ahead >= here + later_m)
     later = lack[: len(ahead)][fits & ~_enters_junction(case, ahead, here + stops[0].way_m)]
     # The brakes may act at any time up to the stated lag, and the rear may then still be in a path.
@@ -210,6 +213,19 @@ def _beside_oncoming_lanes(case: CheckContext, stations: Array) -> Mask:
         right, left = (np.interp(stations, lane.s, row) for row in (lane.right, lane.left))
         result &= np.minimum(d + reach - right, left - d + reach) <= case.policy.lanes.standing_edge_m
     return result
+
+
+def _comes_on_rails(case: CheckContext, i: int, contact_s: float) -> bool:
+    """True if object `i` crosses the ego's road on a level crossing that the ego is on, as a train does."""
+    view, half, here = case.view, case.view.ego.length_m / 2, float(case.path.s[0])
+    s = float(view.s[i] + view.vs[i] * contact_s)
+    return any(
+        zone.kind is ZoneKind.LEVEL_CROSSING
+        and zone.start_m < here + half
+        and here - half < zone.end_m
+        and zone.start_m < s < zone.end_m
+        for zone in view.surroundings.road.zones
+    )
 
 
 def _off_rails(case: CheckContext, stations: Array) -> Mask:

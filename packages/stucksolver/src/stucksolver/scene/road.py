@@ -43,6 +43,8 @@ class ZoneKind(str, Enum):
     JUNCTION = "junction"
     CROSSWALK = "crosswalk"
     LEVEL_CROSSING = "level_crossing"
+    KEEP_CLEAR = "keep_clear_area"
+    """Stretch of a street that is marked to be kept clear, as in front of a fire station."""
 
 
 class LaneStrip(FrozenModel):

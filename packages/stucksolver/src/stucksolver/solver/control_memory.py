@@ -12,8 +12,8 @@ from stucksolver.guard.policy import ControlPolicy
 from stucksolver.scene import ControlKind, LightState, Surroundings, TrafficControl
 from stucksolver.scene.frenet import RoadFrame, road_frame
 
-BEHIND_M = 20.0
-"""Distance behind the front bumper after which a line is dropped (m): more than twice the longest way back (8 m)."""
+BEHIND_M = 85.0
+"""Distance behind the front bumper after which a line is dropped (m): more than twice the longest way back (40 m)."""
 ASIDE_M = 8.0
 """Distance from the route beyond which a line is not on the route (m): two lanes, as `ScenePolicy.beside_m`."""
 RANGE_SHARE = 0.1

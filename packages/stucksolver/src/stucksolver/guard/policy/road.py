@@ -106,10 +106,14 @@ class ScenePolicy(FrozenModel):
 
 
 class BackingPolicy(FrozenModel):
-    """Backing up, and other moves in a direction that stacks do not watch. Read by `traffic_rules` and `back_up`."""
+    """Backing up. Read by `back_up` and `leaving`."""
 
     margin_m: NonNegativeFloat = 5.0
     """Sight distance required beyond the path (m): a road user may come out of occluded space. Ours."""
+    far_m: NonNegativeFloat = 8.0
+    """Length of the path above which traffic from beyond the sight must be able to stop behind the ego (m). Ours: room
+    for a recovery, about as far as the ego's own length and a half.
+    """
     closed_margin_m: NonNegativeFloat = 2.0
     """The same in front of a stopped vehicle that fills the lane (m). Only that vehicle can approach, after setting
     off, and the ego stops within half a meter.

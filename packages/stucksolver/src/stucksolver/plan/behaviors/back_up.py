@@ -1,4 +1,4 @@
-"""Back up a little, to make room for swinging out or to see more."""
+"""Back up: to make room for swinging out, to see more, or to leave a place where the ego must not stand."""
 
 from typing import ClassVar, Literal
 
@@ -16,8 +16,11 @@ STANDS_MPS = 0.3
 class BackUp(Behavior):
     """Reverse straight along the lane and stop. `view` and `start` are in the frame of `FrenetScene.backwards`."""
 
-    summary: ClassVar[str] = "Reverse distance_m metres along the lane, where the lane behind is seen to be free."
-    phrase: ClassVar[PlanPhrase] = PlanPhrase("back up a little", "backing up a little")
+    summary: ClassVar[str] = (
+        "Reverse distance_m metres along the lane, where the lane behind is seen to be free; over 8 m only to leave a "
+        "level crossing, a junction or another place where a vehicle must not stand."
+    )
+    phrase: ClassVar[PlanPhrase] = PlanPhrase("back up", "backing up")
     checks: ClassVar[tuple[Check, ...]] = (
         Check.COLLISION,
         Check.DRIVABLE_AREA,
@@ -25,7 +28,7 @@ class BackUp(Behavior):
         Check.CREEP_SPEED,
         Check.SEEN_FREE,
         Check.AUTHORITY,
-        Check.BACKING_PLACE,
+        Check.NO_WORSE_PLACE,
     )
     reverse: ClassVar[bool] = True
     prepares: ClassVar[bool] = True
@@ -34,7 +37,7 @@ class BackUp(Behavior):
     solution_rank: ClassVar[int | None] = 60
 
     name: Literal["back_up"] = "back_up"
-    distance_m: float = Field(ge=1.0, le=8.0)
+    distance_m: float = Field(ge=1.0, le=40.0)
     speed_mps: float = Field(default=1.0, ge=0.5, le=CREEP_MPS)
 
     def maneuver(self, view: FrenetScene, start: BehaviorStart) -> FrenetPath:

@@ -39,7 +39,7 @@ class Check(str, Enum):
     CREEP_SPEED = "creep_speed"
     WITHIN_LANE = "within_lane"
     STOPPING_PLACE = "stopping_place"
-    BACKING_PLACE = "backing_place"
+    NO_WORSE_PLACE = "no_worse_place"
     TURNING = "turning"
     ROADSIDE = "roadside"
     PASSABLE = "passable"

@@ -16,7 +16,7 @@ class Creep(Behavior):
 
     summary: ClassVar[str] = "Creep distance_m metres ahead in its own lane at walking pace, then stop."
     phrase: ClassVar[PlanPhrase] = PlanPhrase("creep forward a little", "creeping forward a little")
-    checks: ClassVar[tuple[Check, ...]] = (*MOVING_CHECKS, Check.CREEP_SPEED, Check.STOPPING_PLACE)
+    checks: ClassVar[tuple[Check, ...]] = (*MOVING_CHECKS, Check.CREEP_SPEED, Check.NO_WORSE_PLACE)
     intents: ClassVar[tuple[GuidanceIntent, ...]] = (GuidanceIntent.GO,)
     stays_behind_blocker: ClassVar[bool] = True
     solution_rank: ClassVar[int | None] = 80

@@ -23,7 +23,7 @@ CLEAR_M = 1.0
 """Distance kept between the body and a zone that it has left."""
 CREEPS_M = 15.0
 """The longest distance to creep in order to reach a place to stand (m)."""
-BACKS_M = 8.0
+BACKS_M = 40.0
 """The longest distance to back up for it (m)."""
 FURTHEST_M = 60.0
 """The longest distance to drive for it (m)."""
