@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from typing import Any, NamedTuple
+from xml.etree import ElementTree
 
 from carlette.errors import MapError
 from carlette.geometry import Pose, Rotation, Vector
 from carlette.opendrive.map_file import MapFile, check_opendrive
 from carlette.opendrive.speed_limit_boxes import SpeedBoxes, read_speed_boxes
+from carlette.opendrive.traffic_side import check_traffic_side
 
 SPAWN_SPACING_M = 20.0
 """Distance between spawn points (m). Ours."""
@@ -34,10 +36,10 @@ class RoadNetwork:
 
     def __init__(self, file: MapFile) -> None:
         """Raise `MapError` if the client's library cannot load the file as a map."""
-        check_opendrive(file.text, file.name)
+        root = check_opendrive(file.text, file.name)
         self.file = file
         self.carla: Any = _carla()
-        self.map: Any = self._build()
+        self.map: Any = self._build(root)
         self.speed_boxes: SpeedBoxes = read_speed_boxes(self.carla, self.map)
 
     def __getstate__(self) -> MapFile:
@@ -46,7 +48,7 @@ class RoadNetwork:
     def __setstate__(self, file: MapFile) -> None:
         self.__init__(file)  # type: ignore[misc]
 
-    def _build(self) -> Any:
+    def _build(self, root: ElementTree.Element) -> Any:
         try:
             built = self.carla.Map(self.file.name, self.file.text)
             drivable = built.generate_waypoints(5.0)
@@ -54,6 +56,7 @@ class RoadNetwork:
             raise MapError(f"map '{self.file.name}' is rejected by the carla library: {error}") from None
         if not drivable:
             raise MapError(f"map '{self.file.name}' has no driving lane; give a map with roads to drive on")
+        check_traffic_side(root, self.file.name, drivable[0])
         return built
 
     def waypoint(self, point: Vector) -> Any:
