@@ -24,7 +24,7 @@ def is_left_hand_route(carla_map: carla.Map, route: Sequence[RoutePoint]) -> boo
     """Return True if the traffic of a route drives on the left.
 
     Raises:
-        TrafficSideError: The traffic changes sides on the route, or the map has left-hand traffic, which this client ignores.
+        TrafficSideError: The traffic changes sides on the route, or this client ignores the map's left-hand traffic.
     """
     sides = {getattr(point.waypoint, "is_rht", None) for point in route}
     if None in sides:

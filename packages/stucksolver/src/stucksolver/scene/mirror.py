@@ -46,7 +46,7 @@ def mirrored_surroundings(surroundings: Surroundings) -> Surroundings:
 
 
 def mirrored_scene(scene: Scene) -> Scene:
-    """Return the mirror image of a scene in the ego frame. The camera's image and the words of people stay as is."""
+    """Return the mirror image of a scene in the ego frame. The camera's image and the words of people stay."""
     offset_m = -scene.ego.lateral_offset_m
     return scene.model_copy(
         update={
@@ -60,6 +60,10 @@ def mirrored_scene(scene: Scene) -> Scene:
                 for sign in scene.signs
             ),
             "route_command": _other_command(scene.route_command),
+            "attempts": tuple(
+                attempt.model_copy(update={"outcome": with_sides_swapped(attempt.outcome)})
+                for attempt in scene.attempts
+            ),
             "guidance": scene.guidance
             and scene.guidance.model_copy(
                 update={"reading": scene.guidance.reading and mirrored_reading(scene.guidance.reading)}

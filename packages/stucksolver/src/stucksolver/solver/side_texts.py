@@ -15,11 +15,11 @@ WORDS_OF_PEOPLE = frozenset({EventKind.GUIDANCE, EventKind.GUIDANCE_ENDED})
 
 
 def swapped_event(event: Event) -> Event:
-    """Return an event whose texts name the sides as people see them. Its scene, plan and decision stay as they are."""
+    """Return an event whose texts name the sides as people see them. Scene, decision and interpretation stay."""
     text = event.text if event.kind in WORDS_OF_PEOPLE else with_sides_swapped(event.text)
     question = None if event.question is None else swapped_question(event.question)
     verdict = None if event.verdict is None else _swapped_verdict(event.verdict)
-    return event.model_copy(update={"text": text, "question": question, "verdict": verdict})
+    return event.model_copy(update={"text": text, "question": question, "verdict": verdict, "mirrored": True})
 
 
 def swapped_question(question: Question) -> Question:

@@ -38,7 +38,7 @@ def lane_of(waypoint: carla.Waypoint, kind: carla.LaneType, direction: str = "ri
     """Return the first lane of this type in this direction across the road, or None."""
     here = waypoint
     for _ in range(MOST_LANES):
-        there = outer_lane(here) if direction == "right" else inner_lane(here)
+        there: carla.Waypoint | None = outer_lane(here) if direction == "right" else inner_lane(here)
         if there is None:
             return None
         if there.lane_type == kind:
@@ -66,7 +66,7 @@ _FOR_VEHICLES = (carla.LaneType.Driving, carla.LaneType.Parking, carla.LaneType.
 
 def side_driving_lane(waypoint: carla.Waypoint, side: str) -> carla.Waypoint | None:
     """Return the adjacent driving lane of the same direction on that side, or None."""
-    there = inner_lane(waypoint) if side == "left" else outer_lane(waypoint)
+    there: carla.Waypoint | None = inner_lane(waypoint) if side == "left" else outer_lane(waypoint)
     if there is None or there.lane_id * waypoint.lane_id < 0 or there.lane_type != carla.LaneType.Driving:
         return None
     return there
