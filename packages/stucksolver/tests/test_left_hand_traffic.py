@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import pytest
 
+from left_hand_worlds import LeftHandWorld, left_hand
 from stucksolver.plan import Decision, Execute, PathPoint, RecoveryPlan
 from stucksolver.plan.behaviors import BorrowOncomingLane, ChangeLane, KeepLane
 from stucksolver.plan.mirror import mirrored_decision, mirrored_directive, mirrored_plan
 from stucksolver.reasoners import RuleReasoner
 from stucksolver.reasoners.reasoner import ReasonerAnswer, ReasonerRequest
 from stucksolver.record import Recorder, replay
-from stucksolver.scene import LineKind, ObjectKind, ObservedSign, RoadGeometry, Scene, SignWord, Surroundings
+from stucksolver.scene import LineKind, ObjectKind, ObservedSign, RoadGeometry, Scene, SignWord
 from stucksolver.scene.mirror import mirrored_scene, mirrored_surroundings, with_sides_swapped
 from stucksolver.solver import EventKind, StuckSolver
 from worlds import LANE_M, World, drive, ladder, straight_road, thing
@@ -36,27 +35,6 @@ NO_SIDES = (
     "lane left1-oncoming is not visible",
     "it stands on the right of way",
 )
-
-
-@dataclass
-class LeftHandWorld(World):
-    """A world in which traffic drives on the left, as its own stack sees it, with a stack that mirrors all data."""
-
-    def surroundings(self) -> Surroundings:
-        return mirrored_surroundings(super().surroundings())
-
-    def scene(self, surroundings: Surroundings | None = None) -> Scene:
-        own = super().surroundings() if surroundings is None else mirrored_surroundings(surroundings)
-        return mirrored_scene(super().scene(own))
-
-    def drive(self, directive) -> None:
-        super().drive(mirrored_directive(directive))
-
-
-def left_hand(road: RoadGeometry) -> RoadGeometry:
-    """A road of `worlds` with its lanes on the other side, in its stack's own frame: y to the left, not mirrored."""
-    lanes = tuple(s.model_copy(update={"offset_m": tuple(-o for o in s.offset_m)}) for s in road.lanes)
-    return road.model_copy(update={"lanes": lanes, "key": f"{road.key} left-hand"})
 
 
 def parked(x: float = 68.0, y: float = 0.0):
