@@ -41,6 +41,7 @@ def mirrored_surroundings(surroundings: Surroundings) -> Surroundings:
             "ego": ego.model_copy(update={"y_m": -ego.y_m, "yaw_rad": -ego.yaw_rad}),
             "objects": tuple(map(_object, surroundings.objects)),
             "road": _road(RoadGeometryByKey(surroundings.road)),
+            "sensor_faults": tuple(map(with_sides_swapped, surroundings.sensor_faults)),
         }
     )
 
