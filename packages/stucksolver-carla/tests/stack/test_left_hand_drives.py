@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+import os
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +12,9 @@ import pytest
 
 carla = pytest.importorskip("carla")
 
+from test_agent_plan import leaderboard_plan  # noqa: E402
+from test_behavior_agent import put  # noqa: E402
+from test_silence_in_two_processes import Halting  # noqa: E402
 from townstage import CAR, TICK_S, Stage  # noqa: E402
 
 from left_hand_maps import left_hand  # noqa: E402
@@ -17,6 +23,8 @@ from stucksolver.plan import Execute  # noqa: E402
 from stucksolver.plan.behaviors import BorrowOncomingLane  # noqa: E402
 from stucksolver.scene.mirror import mirrored_surroundings  # noqa: E402
 from stucksolver.solver import EventKind, StuckSolver  # noqa: E402
+from stucksolver_bridge import AgentDriver, RecoveryClient  # noqa: E402
+from stucksolver_bridge.agent_plan import make_agent  # noqa: E402
 from stucksolver_carla.drivers.behavior import BehaviorDriver  # noqa: E402
 from stucksolver_carla.drivers.planner import PlannerDriver  # noqa: E402
 from stucksolver_carla.stack import CarlaStack  # noqa: E402
@@ -117,3 +125,36 @@ def test_left_hand_scene_is_the_mirror_image(staged):
     assert back and all(w.y_m == pytest.approx(3.5, abs=0.3) for w in back)
     image = mirrored_surroundings(surroundings)
     assert image.ego.y_m == pytest.approx(-surroundings.ego.y_m)
+
+
+def test_left_hand_agent_in_two_processes_passes_on_its_inner_side(staged):
+    """BehaviorAgent with the solver in another process passes too: the directive's path is in the map's frame."""
+    rule, stage = staged
+    lane, _ = SIDES[rule]
+    put(stage, CAR, (ROAD, lane, PARKED_M), 0.0)
+    start, end = (ROAD, lane, 30.0), (ROAD, lane, END_M)
+    car = stage.add(CAR, start, role="hero")
+    stage.ticks(2)
+    agent = make_agent(Halting, car, "normal", stage.map)
+    driver = AgentDriver(agent, carla)
+    driver.set_plan(leaderboard_plan(stage, agent, start, end))
+    settings = {"ladder": "evaluation", "clock": "lockstep"}
+    told = []
+    path = os.pathsep.join(sys.path)  # the solver of this checkout
+    recovery = RecoveryClient(driver, stage.map, carla, settings, sys.executable, path, on_event=told.append)
+    offsets, executed = [], []
+    for _ in range(round(60.0 / TICK_S)):
+        car.apply_control(recovery.run_step())
+        stage.world.tick()
+        offsets.append(aside(rule, car.get_location()))
+        points = recovery.directive.get("path")
+        if points and points is not (executed[-1][0] if executed else None):
+            executed.append((points, car.get_location()))
+    recovery.close()
+    reached_m = car.get_location().x
+    stage.clear()
+    assert reached_m > PARKED_M + 15.0, told
+    assert max(offsets) > 2.0
+    assert min(offsets) > -0.6
+    # Each path begins at the ego.
+    assert all(math.hypot(p[0]["x_m"] - at.x, -p[0]["y_m"] - at.y) < 3.0 for p, at in executed)
