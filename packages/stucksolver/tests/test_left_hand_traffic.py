@@ -187,3 +187,19 @@ def test_decision_names_true_sides_for_people():
     shown = mirrored_decision(decision.model_copy(update={"plan": plan, "rationale": "change to the left lane"}))
     assert shown.plan.behaviors[0].side == "right"
     assert shown.rationale == "change to the right lane"
+
+
+def test_left_hand_drawing_shows_oncoming_lane_on_the_right(tmp_path):
+    """A drawing of a record is as people see it: the road's left side is up, and the oncoming lane is down."""
+    pytest.importorskip("matplotlib")
+    from matplotlib.figure import Figure
+
+    from stucksolver.record import drawing
+
+    recorder = Recorder(tmp_path)
+    drive(LeftHandWorld(left_hand(straight_road()), [parked()]), 12.0, record=recorder)
+    recorder.close()
+    (axes,) = np.atleast_1d(Figure().subplots(1, 1))
+    moment = drawing._read(recorder.files[0])[-1]
+    drawing._draw(axes, moment, 0.0)
+    assert axes.yaxis_inverted()
