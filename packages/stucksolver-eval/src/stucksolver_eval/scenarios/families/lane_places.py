@@ -72,6 +72,11 @@ def side_driving_lane(waypoint: carla.Waypoint, side: str) -> carla.Waypoint | N
     return there
 
 
+def door_to_lane(waypoint: carla.Waypoint, parked: str = "right") -> carla.VehicleDoor:
+    """Return the front door through which a vehicle that is parked on that side opens into the lane."""
+    return carla.VehicleDoor.FL if (parked == "right") != drives_on_left(waypoint) else carla.VehicleDoor.FR
+
+
 def upstream(waypoint: carla.Waypoint, distance_m: float, step_m: float = 5.0) -> carla.Waypoint:
     """Return the waypoint `distance_m` back, as straight as possible through junctions, or where the lanes start."""
     here, gone = waypoint, 0.0
