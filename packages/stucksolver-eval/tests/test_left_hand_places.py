@@ -21,6 +21,7 @@ from stucksolver_eval.scenarios.families.lane_places import (  # noqa: E402
     offset_pose,
     side_driving_lane,
 )
+from stucksolver_eval.scenarios.types.stuck.closed_road import row_across  # noqa: E402
 from stucksolver_eval.sites import lane_requirements  # noqa: E402
 from stucksolver_eval.sites.lane_walk import Town, follow  # noqa: E402
 from stucksolver_eval.sites.movements import arm, movements  # noqa: E402
@@ -74,6 +75,20 @@ def test_left_hand_positions_are_mirrored():
         mirrored.grow(30.0)
         assert mirrored.x == pytest.approx(path.x, abs=0.02)
         assert [-y for y in mirrored.y] == pytest.approx(path.y, abs=0.02)
+
+
+def test_left_hand_barriers_are_mirrored_in_a_bend():
+    """A row of barriers across the road into which a lane turns lies on the mirror image of that road."""
+    right, left = maps()
+    turns = [w for w in right.generate_waypoints(4.0) if w.is_junction]
+    for w in turns[::9]:
+        row = row_across(right, w)
+        image = row_across(left, left.get_waypoint_xodr(w.road_id, -w.lane_id, w.s))
+        assert len(row) == len(image) > 0
+        for place, other in zip(row, image, strict=True):
+            assert (other.location.x, -other.location.y) == pytest.approx(
+                (place.location.x, place.location.y), abs=0.02
+            )
 
 
 def test_left_hand_streets_are_found():
