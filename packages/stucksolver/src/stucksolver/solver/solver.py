@@ -287,8 +287,10 @@ class StuckSolver:
         """Return the inputs of this tick. Utterances and answers leave their threads when the clock permits."""
         now = status.time_s
         if self._utterances:
-            question = answerable_question(self._state)
-            situation = situation_text(scene().scene, question.text if question else None)
+            snapshot, question = scene().scene, answerable_question(self._state)
+            if question is not None and self._bus.mirrored:
+                question = swapped_question(question)
+            situation = situation_text(snapshot, question.text if question else None)
             while self._utterances:
                 self._reader.take(self._utterances.popleft(), now - self._timeline.offset_s, now, situation)
         guidance = self._reader.poll(now)
