@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
 from left_hand_worlds import LeftHandWorld, left_hand
 from stucksolver.plan import Decision, Execute, PathPoint, RecoveryPlan
-from stucksolver.plan.behaviors import BorrowOncomingLane, ChangeLane, KeepLane
+from stucksolver.plan.behaviors import REGISTRY, BorrowOncomingLane, ChangeLane, KeepLane
 from stucksolver.plan.mirror import mirrored_decision, mirrored_directive, mirrored_plan
 from stucksolver.reasoners import RuleReasoner
 from stucksolver.reasoners.reasoner import ReasonerAnswer, ReasonerRequest
@@ -54,6 +56,18 @@ def both_worlds(**road):
 def test_sides_swapped_changes_sides_only(text):
     assert with_sides_swapped(text) == SIDES.get(text, text)
     assert with_sides_swapped(with_sides_swapped(text)) == text
+
+
+@pytest.mark.parametrize("behavior", REGISTRY.values(), ids=REGISTRY)
+def test_sides_swapped_covers_every_text_of_a_behavior(behavior):
+    """A text of a behavior that names a side is in a form that the swap recognizes."""
+    phrase = behavior.phrase
+    for text in (behavior.summary, phrase.future, phrase.present, behavior.approval_note or ""):
+        for side, other in (("left", "right"), ("right", "left")):
+            filled = text.replace("{side}", side)
+            assert re.findall(r"\b(?:left|right)\b", with_sides_swapped(filled)) == [
+                other if word == side else side for word in re.findall(r"\b(?:left|right)\b", filled)
+            ]
 
 
 def test_mirror_twice_is_the_original():
