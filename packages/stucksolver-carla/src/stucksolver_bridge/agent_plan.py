@@ -11,6 +11,8 @@ import inspect
 import math
 from typing import Any, Sequence
 
+from stucksolver_bridge.traffic_side import inner_lane
+
 LAST_M = 2.0
 """Distance to the last waypoint at which the plan is extended (m). Most copies drop the last waypoint at 1 m. An
 earlier extension would be worse: the agent steers straight at its last waypoint, and cuts a bend at the end more if
@@ -144,7 +146,7 @@ class PlanExtender:
         waypoint = self._map.get_waypoint(here)
         yaw = self._vehicle.get_transform().rotation.yaw
         if waypoint is not None and turn_deg(waypoint, yaw) > 90.0:
-            waypoint = waypoint.get_left_lane() or waypoint
+            waypoint = inner_lane(waypoint) or waypoint
         return waypoint
 
     def _lane_ahead(self, last: Any, here: Any) -> list[Any]:

@@ -53,7 +53,7 @@ class AttachedAgent:
             agent if isinstance(agent, BehaviorDriver) else AgentDriver(agent, carla, obstacles)
         )
         self.directive: Directive | None = CONTINUE
-        """The solver's directive on the last tick; None without one."""
+        """The solver's directive on the last tick, in the map's frame; None without one."""
         self.fault: str | None = None
         """Reason why the solver is no longer called; None while it works."""
         self.solver = StuckSolver(self._scene, **solver)
@@ -73,8 +73,9 @@ class AttachedAgent:
     def _step(self, debug: bool) -> Any:
         if self._stack is None:
             return self.driver.run_step() if self.driver is self.agent else self.agent.run_step(debug)
-        self.directive = self._solver_directive(self._stack)
-        return self._stack.perform(self.directive)
+        directive = self._solver_directive(self._stack)
+        self.directive = None if directive is None else self._stack.in_map_frame(directive)
+        return self._stack.perform(directive)
 
     def _solver_directive(self, stack: CarlaStack) -> Directive | None:
         """Return the solver's directive; None after the solver has failed."""

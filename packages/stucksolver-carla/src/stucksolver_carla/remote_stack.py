@@ -37,6 +37,10 @@ class RemoteStack(ABC):
     def perform(self, directive: Directive) -> list[Any]:
         """Return the orders for the driver in the stack's process."""
 
+    def in_map_frame(self, directive: Directive) -> Directive:
+        """Return a directive with its path in the frame of the stack's process."""
+        return directive
+
     @abstractmethod
     def forget(self) -> None:
         """Send all orders again with the next answer, because the stack has rejected or lost the last ones."""

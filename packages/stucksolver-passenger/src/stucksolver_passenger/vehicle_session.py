@@ -23,6 +23,7 @@ from stucksolver_passenger.api_types import (
 from stucksolver_passenger.conversation import Conversation, implies_approval
 from stucksolver_passenger.quick_replies import STOP_WORDS, ready_answers
 from stucksolver_passenger.sentences.questions import question_text
+from stucksolver_passenger.side_texts import report_with_sides_swapped
 from stucksolver_passenger.status_summary import OVER, StatusSummary, mind
 
 TELL_EVERY_S = 0.25
@@ -121,7 +122,7 @@ class VehicleSession:
         scene = self._scene or state.scene
         thinks: StatusSummary = OVER if self._ended else mind(state, status, self._conversation.decided, scene)
         question = None if self._ended else self._solver.pending_question
-        return VehicleReport(
+        report = VehicleReport(
             time_s=round(status.time_s, 2),
             speed_mps=round(status.speed_mps, 2),
             state=", ".join(name.value for name in state.names),
@@ -132,6 +133,7 @@ class VehicleSession:
             lines=self._conversation.lines(SHOWN_LINES),
             ended=self._ended,
         )
+        return report_with_sides_swapped(report) if scene is not None and scene.mirrored else report
 
     # ---- commands
 

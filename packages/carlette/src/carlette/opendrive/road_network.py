@@ -11,6 +11,7 @@ from carlette.geometry import Pose, Rotation, Vector
 from carlette.opendrive.faults import explain
 from carlette.opendrive.map_file import MapFile, check_opendrive
 from carlette.opendrive.speed_limit_boxes import SpeedBoxes, read_speed_boxes
+from carlette.opendrive.traffic_side import check_traffic_side
 
 SPAWN_SPACING_M = 20.0
 """Distance between spawn points (m). Ours."""
@@ -60,6 +61,7 @@ class RoadNetwork:
             raise MapError(f"map '{source}' has no driving lane; give a map with roads to drive on")
         if not any(waypoint.lane_width > 0.0 for waypoint in drivable):
             raise MapError(f"map '{source}' has no driving lane of any width: {explain(root)}")
+        check_traffic_side(root, source, drivable[0])
         return built
 
     def waypoint(self, point: Vector) -> Any:

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from carlette.geometry import Floats
+from carlette.opendrive.traffic_side import runs_back
 
 UNSIGNED_KMH = 30.0
 """A vehicle's limit until it passes a sign (km/h). As in CARLA."""
@@ -62,8 +63,7 @@ def _places(carla: Any, town: Any, sign: Any) -> list[tuple[float, float, float,
             if at is None or at.lane_type != carla.LaneType.Driving:
                 continue
             half_m = max(BOX_SHARE * at.lane_width, LEAST_HALF_M)
-            # Lanes right of the reference line have negative numbers and run along it.
-            before = town.get_waypoint_xodr(sign.road_id, lane, sign.s + (half_m if lane > 0 else -half_m)) or at
+            before = town.get_waypoint_xodr(sign.road_id, lane, sign.s + (half_m if runs_back(at) else -half_m)) or at
             transform = before.transform
             where = transform.location
             places.append((where.x, where.y, where.z, transform.rotation.yaw, half_m))

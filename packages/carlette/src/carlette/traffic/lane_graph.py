@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from carlette.geometry import Floats
 from carlette.opendrive.road_network import RoadNetwork
+from carlette.opendrive.traffic_side import runs_back
 from carlette.traffic.lane_point_grid import OTHER_LEVEL_M, LanePointGrid, make_grid
 from carlette.world.fork import shared
 
@@ -127,8 +128,9 @@ def _lanes(roads: RoadNetwork) -> dict[Key, list[Any]]:
         lanes.setdefault(_key(begin), [begin])
     for waypoint in roads.map.generate_waypoints(SPACING_M):
         lanes.setdefault(_key(waypoint), []).append(waypoint)
-    # Lanes right of the reference line have negative numbers and run along it.
-    return {key: _spaced(sorted(lane, key=lambda item: item.s, reverse=key[2] > 0)) for key, lane in lanes.items()}
+    return {
+        key: _spaced(sorted(lane, key=lambda item: item.s, reverse=runs_back(lane[0]))) for key, lane in lanes.items()
+    }
 
 
 def _spaced(lane: list[Any]) -> list[Any]:

@@ -96,7 +96,7 @@ class SidecarSession:
         self._events += stack.events()
         # The comparison is by identity, because an equal directive that starts again is sent with its orders.
         if directive is not self._directive:
-            answer["directive"] = directive_adapter.dump_python(directive, mode="json")
+            answer["directive"] = directive_adapter.dump_python(stack.in_map_frame(directive), mode="json")
             self._directive = directive
         if orders:
             answer["orders"] = orders
@@ -188,6 +188,9 @@ class _MirroredStack(RemoteStack):
     def forget(self) -> None:
         """Send all orders again, because the stack has rejected or lost the last ones."""
         self._stack.forget()
+
+    def in_map_frame(self, directive: Directive) -> Directive:
+        return self._stack.in_map_frame(directive)
 
     def perform(self, directive: Directive) -> list[Any]:
         self._stack.perform(directive)

@@ -6,7 +6,8 @@ from typing import Any
 
 import carla
 
-from stucksolver.plan import Continue, Directive, Execute, Replan, SafeStop
+from stucksolver.plan import CONTINUE, Continue, Directive, Execute, Replan, SafeStop
+from stucksolver.plan.mirror import mirrored_directive
 from stucksolver_carla.drivers.behavior import DrivePoint, Driver, RouteError
 from stucksolver_carla.drivers.behavior.nearby_objects import HAZARD_LAMPS
 from stucksolver_carla.stack.active_directive import ActiveDirective
@@ -45,6 +46,8 @@ class CarlaStack(CarlaSceneSource):
         self._driver = driver
         self._active_directive = ActiveDirective()
         self._performed: Directive | None = None
+        self._given: tuple[Directive, Directive] = (CONTINUE, CONTINUE)
+        """The solver's last directive, and the same in the map's frame."""
         self._lights_before: carla.VehicleLightState | None = None
 
     def perform(self, directive: Directive | None) -> Any:
@@ -57,7 +60,7 @@ class CarlaStack(CarlaSceneSource):
         Returns:
             This tick's `carla.VehicleControl`, not applied.
         """
-        self._active_directive.update(directive, self._was_read)
+        self._active_directive.update(None if directive is None else self.in_map_frame(directive), self._was_read)
         self._was_read = False
         due = self._active_directive.due(*to_local(self._vehicle.get_location()), self._speed_mps)
         if due is not self._performed:
@@ -65,6 +68,12 @@ class CarlaStack(CarlaSceneSource):
         if self._lights_before is not None and self._is_driving():
             self._hazard_lights(False)
         return self._driver.run_step()
+
+    def in_map_frame(self, directive: Directive) -> Directive:
+        """Return a directive of the solver in the map's frame: the same object for the same directive."""
+        if directive is not self._given[0]:
+            self._given = (directive, mirrored_directive(directive) if self._is_mirrored else directive)
+        return self._given[1]
 
     def forget(self) -> None:
         """Instruct the driver again on the next tick, because it has lost its last instruction."""

@@ -8,6 +8,7 @@ from typing import Any
 import carla
 
 from stucksolver.scene import EgoState
+from stucksolver_bridge.traffic_side import inner_lane
 from stucksolver_carla.stack.alternative_routes import AlternativeRoute, road_ahead, route_length_m
 from stucksolver_carla.stack.carla_frames import to_local
 from stucksolver_carla.stack.route_road import SPACING_M, RouteRoad
@@ -40,11 +41,11 @@ def route_after_turning(
 
 
 def _oncoming_lane(waypoint: carla.Waypoint) -> carla.Waypoint | None:
-    """Return the next lane to the left in the opposite direction; None without one, or if it is not a driving lane."""
-    left_lane = waypoint.get_left_lane()
-    while left_lane is not None and left_lane.lane_id * waypoint.lane_id > 0:
-        left_lane = left_lane.get_left_lane()
-    return None if left_lane is None or left_lane.lane_type != carla.LaneType.Driving else left_lane
+    """Return the next lane in the opposite direction; None without one, or if it is not a driving lane."""
+    inner = inner_lane(waypoint)
+    while inner is not None and inner.lane_id * waypoint.lane_id > 0:
+        inner = inner_lane(inner)
+    return None if inner is None or inner.lane_type != carla.LaneType.Driving else inner
 
 
 def points_along(waypoint: carla.Waypoint, vehicle_yaw_deg: float) -> bool:

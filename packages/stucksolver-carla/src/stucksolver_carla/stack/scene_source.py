@@ -23,6 +23,7 @@ from stucksolver.scene import (
 )
 from stucksolver.scene.frenet import road_frame
 from stucksolver.scene.frenet_scene import FrenetScene
+from stucksolver.scene.mirror import mirrored_scene, mirrored_surroundings
 from stucksolver.scene.scene_builder import build_scene
 from stucksolver_carla.drivers.behavior import RouteHolder
 from stucksolver_carla.stack.alternative_routes import junction_alternatives
@@ -40,6 +41,7 @@ from stucksolver_carla.stack.ground_truth_tracker import RANGE_M, Tracker
 from stucksolver_carla.stack.line_of_sight import SightLines
 from stucksolver_carla.stack.route_after_turn import route_after_turning
 from stucksolver_carla.stack.route_road import SPACING_M, RouteRoad
+from stucksolver_carla.stack.route_side import is_left_hand_route
 from stucksolver_carla.stack.traffic_controls import RouteTrafficControls
 
 TRACK_PERIOD_S = 0.5
@@ -60,6 +62,9 @@ class CarlaSceneSource:
     For a `carla.Vehicle` the data are ground truth from the client (`perception` is `privileged`). For a vehicle with
     sensor-based perception (its attribute `perceiver`), the data come from that perception. `driver` must already have
     its route. With a `camera`, its latest image is in the scene.
+
+    All parts of the stack use the map's frame. On a route with left-hand traffic, `surroundings` and `scene` are
+    mirrored as their last step, and `CarlaStack.in_map_frame` mirrors directives back.
     """
 
     def __init__(
@@ -101,6 +106,7 @@ class CarlaSceneSource:
     def take_route(self) -> None:
         """Read the road along the driver's route. Call this again when the route changes."""
         route = self._route_holder.route
+        self._is_mirrored = is_left_hand_route(self._map, route)
         progress_m = self._progress_m
         self._road = RouteRoad(self._map, route)
         actors = self._world.get_actors()
@@ -143,7 +149,12 @@ class CarlaSceneSource:
         )
 
     def surroundings(self) -> Surroundings:
-        """Return the surroundings at this tick."""
+        """Return the surroundings at this tick; mirrored on a route with left-hand traffic."""
+        surroundings = self._surroundings()
+        return mirrored_surroundings(surroundings) if self._is_mirrored else surroundings
+
+    def _surroundings(self) -> Surroundings:
+        """Return the surroundings at this tick in the map's frame."""
         self._was_read = True
         snapshot = self._world.get_snapshot()
         now = float(snapshot.timestamp.elapsed_seconds)
@@ -165,9 +176,13 @@ class CarlaSceneSource:
         )
 
     def scene(self, surroundings: Surroundings | None = None) -> Scene:
-        """Return the scene for a reasoner, from `surroundings`; None takes the surroundings of this tick."""
-        view = FrenetScene(self.surroundings() if surroundings is None else surroundings)
-        return build_scene(
+        """Return the scene for a reasoner, from the solver's `surroundings`; None takes those of this tick."""
+        if surroundings is None:
+            surroundings = self._surroundings()
+        elif surroundings.road.mirrored:
+            surroundings = mirrored_surroundings(surroundings)
+        view = FrenetScene(surroundings)
+        scene = build_scene(
             view,
             self.status(),
             self._behaviors,
@@ -176,6 +191,7 @@ class CarlaSceneSource:
             image=None if self._camera is None else self._camera.image(),
             signs=() if self._perception is None else self._perception.signs,
         )
+        return mirrored_scene(scene) if self._is_mirrored else scene
 
     # ---- parts
 

@@ -17,6 +17,7 @@ from typing import Any
 
 import carla
 
+from stucksolver_bridge.traffic_side import drives_on_left
 from stucksolver_eval.actors.actor_pool import ActorPool, ActorState, ScenarioActor
 from stucksolver_eval.actors.lane_path import Chooser, LanePath, StopLines, stop_lines
 from stucksolver_eval.actors.lead_vehicles import Leader, boxes_touch, find_leaders
@@ -173,7 +174,7 @@ class SimulatedCars:
         place, yaw = onto.transform.location, math.radians(onto.transform.rotation.yaw)
         here = car.state
         right_m = -(here.x - place.x) * math.sin(yaw) + (here.y - place.y) * math.cos(yaw)
-        self.redirect(car, onto, (right_m, over_m))
+        self.redirect(car, onto, (-right_m if drives_on_left(onto) else right_m, over_m))
 
     def let_go(self, car: Car) -> None:
         """Stop the control of a car. It keeps its last control; a constant velocity is switched off."""

@@ -6,6 +6,8 @@ import math
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from stucksolver_bridge.traffic_side import drives_on_left
+
 if TYPE_CHECKING:
     import carla
 
@@ -63,8 +65,8 @@ class LanePath:
     Args:
         waypoints: First waypoints of the path.
         lane_chooser: Chooses the lane at forks; straight on by default.
-        offset_m: Shifts the path to the right of the lane's center.
-        merge: (offset, length): the path starts with this offset to the right, and reaches `offset_m` within `length`.
+        offset_m: Shifts the path from the lane's center toward the road's edge, the right in right-hand traffic.
+        merge: (offset, length): the path starts with this offset, and reaches `offset_m` within `length`.
         ends: True if the path ends at the last of `waypoints`; otherwise it ends where the lanes end.
         stops: Stop points of traffic lights.
     """
@@ -80,6 +82,7 @@ class LanePath:
     ) -> None:
         self._lane_chooser = lane_chooser or straightest
         self._offset_m, self._merge = offset_m, merge
+        self._edge_side = -1.0 if drives_on_left(waypoints[0]) else 1.0
         self._stops = stops or {}
         self._last = waypoints[0]
         self._ended = False
@@ -148,7 +151,7 @@ class LanePath:
     def _append(self, waypoint: carla.Waypoint) -> None:
         transform = waypoint.transform
         place, yaw = transform.location, math.radians(transform.rotation.yaw)
-        shift = self._shift(self.s[-1] + STEP_M if self.s else 0.0)
+        shift = self._edge_side * self._shift(self.s[-1] + STEP_M if self.s else 0.0)
         x, y = place.x - shift * math.sin(yaw), place.y + shift * math.cos(yaw)
         if self.s:
             gone = math.hypot(x - self.x[-1], y - self.y[-1])

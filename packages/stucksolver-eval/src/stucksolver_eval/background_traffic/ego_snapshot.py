@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from stucksolver.scene.polyline import nearest_index
+from stucksolver_bridge.traffic_side import drives_on_left
 from stucksolver_eval.actors import Car
 from stucksolver_eval.background_traffic.lanes import RouteJunction
 
@@ -60,10 +61,12 @@ class EgoSnapshot:
         return None if member is None else cars.drive(member, waypoint, speed_mps, **driving)
 
     def along(self, car: Car) -> tuple[float, float]:
-        """Return a car's distance ahead of the hero along the route, and to the right of the route (m)."""
+        """Return a car's distance ahead of the hero along the route, and from the route toward the road's edge (m)."""
         route, state = self.setting.route, self.setting.cast.state(car.member)
         first = max(self.index - _BEHIND, 0)
         best = first + nearest_index(route.xyz[first : self.index + _AHEAD], state.x, state.y)
         fx, fy = route.forward[best, :2]
         dx, dy = state.x - route.xyz[best, 0], state.y - route.xyz[best, 1]
-        return float(route.s_m[best] + dx * fx + dy * fy - self.s_m), float(-dx * fy + dy * fx)
+        right_m = float(-dx * fy + dy * fx)
+        edge_m = -right_m if drives_on_left(route.waypoints[best]) else right_m
+        return float(route.s_m[best] + dx * fx + dy * fy - self.s_m), edge_m

@@ -8,6 +8,7 @@ from typing import Any, TypeGuard
 
 import carla
 
+from stucksolver_bridge.traffic_side import inner_lane, outer_lane
 from stucksolver_eval.routes.route_line import RouteLine
 
 NARROWEST_M = 2.25
@@ -50,10 +51,13 @@ def same_way(first: carla.Waypoint, second: carla.Waypoint) -> bool:
 
 
 def adjacent_lane(waypoint: carla.Waypoint, slot: int) -> carla.Waypoint | None:
-    """Return the driving lane `slot` lanes to the right (negative: left) with the same direction, or None."""
+    """Return the driving lane `slot` lanes toward the road's edge (negative: away from it), or None.
+
+    The lane must have the same direction.
+    """
     here = waypoint
     for _ in range(abs(slot)):
-        there = here.get_right_lane() if slot > 0 else here.get_left_lane()
+        there = outer_lane(here) if slot > 0 else inner_lane(here)
         if not is_driving(there) or not same_way(there, waypoint):
             return None
         here = there
@@ -73,17 +77,17 @@ def slots(waypoint: carla.Waypoint) -> list[int]:
 
 def oncoming_lanes(waypoint: carla.Waypoint) -> list[carla.Waypoint]:
     """Return the driving lanes of the opposite direction on the same road, nearest first."""
-    here = waypoint.get_left_lane()
+    here = inner_lane(waypoint)
     found: list[carla.Waypoint] = []
     for _ in range(2 * MOST_LANES):
         if here is None or not same_way(here, waypoint):
             break
-        here = here.get_left_lane()
+        here = inner_lane(here)
     for _ in range(MOST_LANES):
         if here is None or not is_driving(here) or same_way(here, waypoint):
             break
         found.append(here)
-        here = here.get_right_lane()
+        here = outer_lane(here)
     return found
 
 

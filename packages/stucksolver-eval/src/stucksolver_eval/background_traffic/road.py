@@ -23,7 +23,7 @@ class _RoadCar:
     car: Car
     ahead_m: float = 0.0
     slot: int = 0
-    """Lanes to the right of the route's lane; negative to the left."""
+    """Lanes from the route's lane toward the road's edge; negative away from it."""
 
 
 class RoadTraffic:
@@ -158,8 +158,8 @@ class RoadTraffic:
     def _place(self) -> None:
         width_m = max(self._ego.waypoint.lane_width, 2.5)
         for car in self._cars:
-            car.ahead_m, right_m = self._ego.along(car.car)
-            car.slot = round(right_m / width_m)
+            car.ahead_m, edge_m = self._ego.along(car.car)
+            car.slot = round(edge_m / width_m)
 
     def _retire(self) -> None:
         ego = self._ego

@@ -233,6 +233,6 @@ class _Ride:
         directive = self._solver.step(status, self._stack.surroundings)
         setting.hero.apply_control(self._play.noise(self._stack.perform(directive)))
         self._seat.tick(status, self._stack.scene)
-        self._view.tick(time_s, status.speed_mps, directive)
+        self._view.tick(time_s, status.speed_mps, self._stack.in_map_frame(directive))
         self._arrived = status.at_destination and status.speed_mps < STANDS_MPS
         return time_s

@@ -6,7 +6,9 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Literal
 
 from stucksolver.plan import Directive, Execute, Replan, SafeStop
+from stucksolver.plan.mirror import mirrored_decision
 from stucksolver.scene import TrackedObject
+from stucksolver.scene.mirror import mirrored_reading
 from stucksolver.solver import Event, EventKind
 from stucksolver_carla.stack.carla_frames import to_local
 from stucksolver_carla.stack.contact import footprint
@@ -135,11 +137,12 @@ class RunLogger:
             self._picture = None if image is None else thumbnail(image)
         elif event.kind is EventKind.DECIDED and event.decision is not None:
             outcome, verdict = came_to(event.verdict)
+            decision = mirrored_decision(event.decision) if event.mirrored else event.decision
             self.decisions.append(
                 DecisionMoment(
                     time_s=round(time_s, 2),
                     trigger="guidance" if event.trigger == "guidance" else "detector",
-                    decision=event.decision.model_dump(mode="json"),
+                    decision=decision.model_dump(mode="json"),
                     outcome=outcome,
                     codes=() if event.verdict is None else event.verdict.codes,
                     verdict=verdict,
@@ -149,6 +152,7 @@ class RunLogger:
         elif event.kind is EventKind.GUIDANCE:
             self.event(time_s, "guidance", event.text)
             if event.reading is not None:
-                self.event(time_s, "outcome", f"understood: {event.reading.description}")
+                reading = mirrored_reading(event.reading) if event.mirrored else event.reading
+                self.event(time_s, "outcome", f"understood: {reading.description}")
         elif event.kind in _KINDS:
             self.event(time_s, _KINDS[event.kind], event.text)

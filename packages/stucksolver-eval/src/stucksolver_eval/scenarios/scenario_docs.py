@@ -28,6 +28,8 @@ client API. This page is generated from the classes by `python -m stucksolver_ev
   blocked is suspended, as in the public benchmark. Without a limit, a hero that stands for a minute is blocked.
 * If a map or blueprint library lacks what a type needs, the type is unsupported there, with the reason; nothing
   replaces it.
+* Sides are those of right-hand traffic. On a map with left-hand traffic (OpenDRIVE's `rule="LHT"`) all of them are
+  mirrored: the right is the side of the road's edge.
 * The same seed, map and hero give the same run.
 * "Driver alone" is what happened to the driver without recovery (`behavior:normal`, seed 1) on a shipped route of the
   type, as seen in the replay. In types about being stuck it is stuck; in types that test the driver's own skill it may

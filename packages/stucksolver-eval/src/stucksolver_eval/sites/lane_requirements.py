@@ -7,6 +7,7 @@ from typing import Any
 
 import carla
 
+from stucksolver_bridge.traffic_side import inner_lane, outer_lane
 from stucksolver_eval.sites.lane_walk import Path, Town, bend_deg, lane_to_right, oncoming, same_way
 
 _TWO_WAYS_LIMIT_KMH = 50.0
@@ -57,7 +58,7 @@ def two_ways(town: Town, stretch: Path) -> bool:
 
 def parking(town: Town, stretch: Path) -> bool:
     """True if there is a parking lane to the right."""
-    lanes = [w.get_right_lane() for w in _ends(stretch)]
+    lanes = [outer_lane(w) for w in _ends(stretch)]
     return all(lane is not None and lane.lane_type == carla.LaneType.Parking for lane in lanes)
 
 
@@ -98,8 +99,10 @@ def narrow(town: Town, stretch: Path) -> bool:
 
 
 def _has_oncoming(stretch: Path) -> bool:
-    left: Any = stretch[0].get_left_lane()
-    return bool(left is not None and left.lane_type == carla.LaneType.Driving and left.lane_id * stretch[0].lane_id < 0)
+    inner: Any = inner_lane(stretch[0])
+    if inner is None or inner.lane_type != carla.LaneType.Driving:
+        return False
+    return bool(inner.lane_id * stretch[0].lane_id < 0)
 
 
 def _ends(stretch: Path) -> Path:

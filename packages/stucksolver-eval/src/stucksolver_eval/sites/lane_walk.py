@@ -10,6 +10,8 @@ from typing import Any
 
 import carla
 
+from stucksolver_bridge.traffic_side import drives_on_left, inner_lane, outer_lane
+
 _LOOK_AHEAD_M = 15.0
 """Distance ahead at which the heading of a fork's options is compared (m). Ours."""
 _MAX_SIDE_LANES = 6
@@ -82,17 +84,22 @@ def bend_deg(path: Sequence[Any]) -> float:
 
 
 def lane_to_right(waypoint: carla.Waypoint, kind: carla.LaneType) -> carla.Waypoint | None:
-    """Return the nearest lane of a type to the right, or None."""
-    lane = waypoint.get_right_lane()
+    """Return the nearest lane of a type toward the road's edge, or None."""
+    lane = outer_lane(waypoint)
     for _ in range(_MAX_SIDE_LANES):
         if lane is None or lane.lane_type == kind:
             return lane
-        lane = lane.get_right_lane()
+        lane = outer_lane(lane)
     return None
 
 
 def same_way(waypoint: carla.Waypoint, side: carla.LaneChange) -> carla.Waypoint | None:
-    """Return the adjacent driving lane on a side (`carla.LaneChange`) to which changes are permitted, or None."""
+    """Return the adjacent driving lane on a side (`carla.LaneChange`) to which changes are permitted, or None.
+
+    In left-hand traffic, the sides are mirrored.
+    """
+    if drives_on_left(waypoint):
+        side = carla.LaneChange.Right if side == carla.LaneChange.Left else carla.LaneChange.Left
     if not waypoint.lane_change & side:
         return None
     lane = waypoint.get_left_lane() if side == carla.LaneChange.Left else waypoint.get_right_lane()
@@ -103,10 +110,10 @@ def same_way(waypoint: carla.Waypoint, side: carla.LaneChange) -> carla.Waypoint
 
 def oncoming(waypoint: carla.Waypoint) -> carla.Waypoint | None:
     """Return the adjacent oncoming driving lane across a broken line, or None."""
-    lane = waypoint.get_left_lane()
+    lane = inner_lane(waypoint)
     if lane is None or lane.lane_type != carla.LaneType.Driving or lane.lane_id * waypoint.lane_id > 0:
         return None
-    line = waypoint.left_lane_marking
+    line = waypoint.right_lane_marking if drives_on_left(waypoint) else waypoint.left_lane_marking
     return lane if line is not None and line.type == carla.LaneMarkingType.Broken else None
 
 

@@ -9,6 +9,7 @@ from typing import Any, Literal
 
 import carla
 
+from stucksolver_bridge.traffic_side import drives_on_left
 from stucksolver_eval.sites.lane_walk import Town, turn_deg
 
 Turn = Literal["left", "straight", "right"]
@@ -33,7 +34,7 @@ _LIGHT_TYPE = "1000001"
 _LIGHT_WITHIN_M = 12.0
 """Largest distance of a light before the junction (m). Ours."""
 _HEADING_DEG: dict[ArmSide, float] = {"left": 90.0, "opposite": 180.0, "right": -90.0}
-"""Heading of traffic from each side relative to the ego's (degrees, clockwise)."""
+"""Heading of traffic from each side relative to the ego's (degrees, clockwise); mirrored in left-hand traffic."""
 
 
 @dataclass(frozen=True)
@@ -92,7 +93,7 @@ def arm(mine: JunctionMovement, side: ArmSide, others: list[JunctionMovement]) -
         for other in others
         if other.junction_id == mine.junction_id
         and other.town is mine.town
-        and abs(math.remainder(turn_deg(mine.entry, other.entry) - _HEADING_DEG[side], 360.0)) < _ARM_TOLERANCE_DEG
+        and abs(math.remainder(_turn_deg(mine.entry, other.entry) - _HEADING_DEG[side], 360.0)) < _ARM_TOLERANCE_DEG
     ]
 
 
@@ -110,8 +111,13 @@ def _ways(junction: Any, number: int, town: Town) -> Iterator[JunctionMovement]:
         yield JunctionMovement(number, before, begin, after, _turn(before, after), _control(before), arms, town)
 
 
+def _turn_deg(first: Any, second: Any) -> float:
+    """Return the change of heading (degrees), positive toward the side of the road's edge; the right by default."""
+    return -turn_deg(first, second) if drives_on_left(first) else turn_deg(first, second)
+
+
 def _turn(before: Any, after: Any) -> Turn:
-    angle_deg = turn_deg(before, after)
+    angle_deg = _turn_deg(before, after)
     if abs(angle_deg) < _TURN_DEG:
         return "straight"
     return "right" if angle_deg > 0 else "left"

@@ -13,6 +13,7 @@ from typing import Literal
 
 import carla
 
+from stucksolver_bridge.traffic_side import inner_lane
 from stucksolver_eval.coarse_positions import coarse_positions
 from stucksolver_eval.streets.stretches import (
     Line,
@@ -256,8 +257,8 @@ def _street(candidate: _Candidate) -> Street:
 
 
 def _oncoming_m(obstacle: carla.Waypoint) -> float:
-    """Return the length of the left neighbor ahead of the ego, against the neighbor's own direction (m)."""
-    waypoint = obstacle.get_left_lane()
+    """Return the length of the oncoming neighbor ahead of the ego, against the neighbor's own direction (m)."""
+    waypoint = inner_lane(obstacle)
     if waypoint is None:
         return 0.0
     for length_m in range(_ONCOMING_LIMIT_M):

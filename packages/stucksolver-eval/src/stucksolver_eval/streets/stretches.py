@@ -10,6 +10,8 @@ from typing import Literal, TypeGuard
 
 import carla
 
+from stucksolver_bridge.traffic_side import drives_on_left, inner_lane, outer_lane
+
 _STEP_M = 1.0
 """Distance between waypoints (m)."""
 _MIN_LANE_M = 2.75
@@ -99,14 +101,15 @@ def _key(waypoint: carla.Waypoint) -> _LaneKey:
 
 
 def _neighbors(waypoint: carla.Waypoint) -> tuple[StreetKind, Line, bool] | None:
-    """Return (kind, center line, rightmost), or None if there is no lane for passing."""
-    left, right = waypoint.get_left_lane(), waypoint.get_right_lane()
-    if not _drivable(left) or min(left.lane_width, waypoint.lane_width) < _MIN_LANE_M:
+    """Return (kind, center line, outermost), or None if there is no lane for passing."""
+    inner, outer = inner_lane(waypoint), outer_lane(waypoint)
+    if not _drivable(inner) or min(inner.lane_width, waypoint.lane_width) < _MIN_LANE_M:
         return None
-    line, rightmost = _line(waypoint.left_lane_marking), not _drivable(right)
-    if left.lane_id * waypoint.lane_id > 0:
-        return None if line == "solid" else ("multi_lane", line, rightmost)
-    if rightmost and not _drivable(left.get_right_lane()):
+    marking = waypoint.right_lane_marking if drives_on_left(waypoint) else waypoint.left_lane_marking
+    line, outermost = _line(marking), not _drivable(outer)
+    if inner.lane_id * waypoint.lane_id > 0:
+        return None if line == "solid" else ("multi_lane", line, outermost)
+    if outermost and not _drivable(outer_lane(inner)):
         return "one_lane", line, True
     return None
 

@@ -68,10 +68,11 @@ class SolverSystem:
     def step(self, now: TickInfo) -> Any:
         """Run one tick of the solver and execute its directive."""
         self._now = now
-        self.directive = self._solver.step(self._stack.status(), self._stack.surroundings)
-        if isinstance(self.directive, SafeStop) and self.log.asked_s is None:
+        directive = self._solver.step(self._stack.status(), self._stack.surroundings)
+        if isinstance(directive, SafeStop) and self.log.asked_s is None:
             self.log.asked_s = now.time_s
-        return self._stack.perform(self.directive)
+        self.directive = self._stack.in_map_frame(directive)
+        return self._stack.perform(directive)
 
     def say(self, text: str) -> None:
         """Pass a person's utterance to the solver."""

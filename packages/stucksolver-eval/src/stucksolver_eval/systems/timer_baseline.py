@@ -1,7 +1,8 @@
 """The timer-based baseline: a car that is stopped for too long tries one action after another, without perception.
 
 After 8 s without motion it waits, after 15 s it reverses, after 30 s it overtakes on the left, and after 60 s on the
-right; then it starts again. It has no information about the cause. Only its driver's own braking prevents collisions.
+right (in left-hand traffic the other way round); then it starts again. It has no information about the cause. Only its
+driver's own braking prevents collisions.
 The numbers are ours.
 """
 
@@ -13,6 +14,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from stucksolver.plan import Directive
+from stucksolver_bridge.traffic_side import drives_on_left
 from stucksolver_carla.drivers.behavior import DrivePoint
 from stucksolver_carla.stack.client_interface import EgoVehicle
 from stucksolver_eval.criteria.criterion import STANDING_MPS
@@ -60,11 +62,13 @@ class TimerSystem:
 
     def __init__(self, ego: EgoVehicle, driver: RouteDriver, line: RouteLine) -> None:
         self._ego, self._driver, self._line = ego, driver, line
+        sides = {"left": -1.0, "right": 1.0}
+        inner, outer = ("right", "left") if drives_on_left(line.waypoints[0]) else ("left", "right")
         self._actions = (
             _Action(WAIT_S, "wait", list),
             _Action(REVERSE_S, "reverse", self._back, reverse=True),
-            _Action(LEFT_S, "overtake left", lambda: self._adjacent_path(-1.0)),
-            _Action(RIGHT_S, "overtake right", lambda: self._adjacent_path(1.0)),
+            _Action(LEFT_S, f"overtake {inner}", lambda: self._adjacent_path(sides[inner])),
+            _Action(RIGHT_S, f"overtake {outer}", lambda: self._adjacent_path(sides[outer])),
         )
         self._stuck_s: float | None = None
         self._place_m = 0.0

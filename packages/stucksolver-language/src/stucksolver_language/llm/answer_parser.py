@@ -23,6 +23,7 @@ from stucksolver.plan import (
 )
 from stucksolver.plan.behaviors import Behavior
 from stucksolver.plan.behaviors.registry import AnyBehavior
+from stucksolver.plan.mirror import mirrored_decision, mirrored_plan
 from stucksolver.reasoners.reasoner import PARSERS, ReasonerError
 from stucksolver.scene import ControlKind, LaneRelation, LightState, ObjectKind, Scene, SceneObject, TrafficControl
 from stucksolver.scene.base_model import FrozenModel
@@ -116,7 +117,9 @@ def parse_answer(text: str, scene: Scene, *, chain: bool = True) -> Decision:
         )
     if wrong:
         raise AnswerError("; ".join(wrong[:MOST_ERRORS]))
-    return _decision(answer, scene)
+    decision = _decision(answer, scene)
+    # The model got the scene as it is in the image.
+    return mirrored_decision(decision) if scene.mirrored else decision
 
 
 def parse_plan(text: str, scene: Scene) -> RecoveryPlan:
@@ -129,7 +132,8 @@ def parse_plan(text: str, scene: Scene) -> RecoveryPlan:
     wrong = _wrong_behaviors(behaviors, scene)
     if wrong:
         raise AnswerError("; ".join(wrong[:MOST_ERRORS]))
-    return RecoveryPlan(behaviors=behaviors)
+    plan = RecoveryPlan(behaviors=behaviors)
+    return mirrored_plan(plan) if scene.mirrored else plan
 
 
 PARSERS[FORMAT] = parse_answer

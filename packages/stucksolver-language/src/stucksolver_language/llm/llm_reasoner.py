@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from stucksolver.plan import Decision
 from stucksolver.reasoners.reasoner import PlanCheck, ReasonerAnswer, ReasonerError, ReasonerRequest, ReasonerTrace
 from stucksolver.scene import Scene
+from stucksolver.scene.mirror import with_sides_swapped
 from stucksolver_language.llm.answer_parser import FORMAT, AnswerError, parse_answer, parse_plan
 from stucksolver_language.llm.capabilities import MOST_TOKENS
 from stucksolver_language.llm.chat import (
@@ -211,6 +212,7 @@ class LanguageModelReasoner:
         query.checks_left -= 1
         try:
             verdict = query.check(parse_plan(answer, query.scene))
+            verdict = with_sides_swapped(verdict) if query.scene.mirrored else verdict
         except AnswerError as error:
             # The model gets the error as the result of the check, and can correct the plan.
             verdict = f"not a plan: {error}"

@@ -8,6 +8,7 @@ import json
 from stucksolver.plan import QUESTIONS
 from stucksolver.plan.behaviors import REGISTRY
 from stucksolver.scene import Scene
+from stucksolver.scene.mirror import mirrored_scene, with_sides_swapped
 from stucksolver_language.llm.chat import Message, Tool
 from stucksolver_language.llm.offered_behaviors import available, known_behaviors, signature
 from stucksolver_language.llm.scene_prompt import scene_text
@@ -39,6 +40,9 @@ better than the oncoming one, which must be seen to be free until the vehicle is
 stationary obstruction. Drive over nothing but an empty bag or litter, never anything living or unknown. Do not \
 repeat a plan that would fail for the same reason. If in doubt, null."""
 
+LEFT_HAND = "Traffic drives on the left here."
+"""Line for a scene with left-hand traffic. The model gets such a scene as it is in the image, not mirrored."""
+
 FORM = """
 
 Answer with one JSON object and nothing else; each text is one short sentence:
@@ -66,12 +70,15 @@ def messages(scene: Scene) -> list[Message]:
 def system_text(scene: Scene) -> str:
     """Return the fixed text, then the parameters and meanings of the stack's behaviors. It is the same during a run."""
     meanings = [f"{signature(b)}: {REGISTRY[b.name].summary}" for b in known_behaviors(scene)]
+    if scene.mirrored:
+        meanings = [LEFT_HAND, *map(with_sides_swapped, meanings)]
     return "\n".join([ROLE, "", "Behaviors (parameters with their ranges):", *meanings])
 
 
 def user_text(scene: Scene) -> str:
     """Return the scene as text, and the behaviors that are available in it."""
-    return f"{scene_text(scene)}\nbehaviors available now: {', '.join(b.name for b in available(scene))}"
+    seen = mirrored_scene(scene) if scene.mirrored else scene
+    return f"{scene_text(seen)}\nbehaviors available now: {', '.join(b.name for b in available(scene))}"
 
 
 def prose_appendix(tool: Tool) -> str:

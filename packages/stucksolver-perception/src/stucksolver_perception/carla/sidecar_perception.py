@@ -79,6 +79,10 @@ class SidecarPerception(RemoteStack):
         """Return the scene for reasoners."""
         return None if self._stack is None else self._stack.scene(surroundings)
 
+    def in_map_frame(self, directive: Directive) -> Directive:
+        """Return the directive with its path in the map's frame."""
+        return self._ready_stack.in_map_frame(directive)
+
     def perform(self, directive: Directive) -> list[Order]:
         """Return this tick's control, which brakes if the newest result is too old, and the other orders."""
         return self._take_orders(self.perception.checked(self._ready_stack.perform(directive)))

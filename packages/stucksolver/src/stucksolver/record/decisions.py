@@ -8,11 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from stucksolver.plan import Decision
+from stucksolver.plan.mirror import mirrored_decision
 from stucksolver.record.hash_chain import RecordError, read_chain
 from stucksolver.record.record_file import image_of
 from stucksolver.scene import CameraImage
 from stucksolver.scene.wording import in_one_line
 from stucksolver.solver import Event, EventKind
+from stucksolver.solver.side_texts import swapped_event
 
 
 @dataclass(frozen=True)
@@ -26,20 +28,24 @@ class RecordedDecision:
 
 
 def read_decisions(path: Path) -> Iterator[RecordedDecision]:
-    """Yield the decisions in the order of the record.
+    """Yield the decisions in the order of the record, with the sides as people saw them.
 
     Raises:
         RecordError: The record was changed or cannot be read, or an image is missing.
     """
     image: CameraImage | None = None
+    mirrored = False
     for number, line in read_chain(path):
         try:
             if isinstance(line.get("asked"), dict):
                 image = _image(line["asked"].get("scene"), path.parent)
+                mirrored = bool((line["asked"].get("scene") or {}).get("mirrored"))
             decided = _decided(line)
         except (AttributeError, LookupError, TypeError, ValueError, RecursionError) as error:
             raise RecordError(f"{path}, line {number}: this line cannot be read: {in_one_line(error)}") from error
         for event, decision in decided:
+            if mirrored:
+                event, decision = swapped_event(event), mirrored_decision(decision)
             yield RecordedDecision(event, decision, image)
 
 

@@ -16,6 +16,7 @@ from stucksolver.record.hash_chain import RecordError, read_chain
 from stucksolver.record.surroundings_delta import DeltaDecoder
 from stucksolver.scene import LaneDirection, ObjectKind
 from stucksolver.scene.frenet_scene import FrenetScene
+from stucksolver.scene.mirror import with_sides_swapped
 from stucksolver.scene.wording import in_one_line
 from stucksolver.solver.events import EventKind
 
@@ -167,7 +168,11 @@ def _draw(axes: Axes, moment: _Moment, start_s: float) -> None:
     axes.set_aspect("equal")
     axes.set_xticks([])
     axes.set_yticks([])
-    title = f"{moment.time_s - start_s:.1f} s, {3.6 * ego.speed_mps:.0f} km/h: {moment.text}"
+    text = moment.text
+    if view.surroundings.road.mirrored:
+        axes.invert_yaxis()
+        text = with_sides_swapped(text)
+    title = f"{moment.time_s - start_s:.1f} s, {3.6 * ego.speed_mps:.0f} km/h: {text}"
     axes.set_title(textwrap.shorten(title, COLUMNS), fontsize=8, loc="left")
 
 

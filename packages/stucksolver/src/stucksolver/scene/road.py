@@ -92,6 +92,8 @@ class RoadGeometry(FrozenModel):
     """Arc length along the whole route at the first sample (m). All arc lengths count from the start of the route."""
     destination_m: float | None = None
     """Arc length of the destination (m); None if it is beyond this stretch."""
+    mirrored: bool = False
+    """True on a road with left-hand traffic, whose whole local frame is mirrored (see `scene/mirror.py`)."""
 
     @model_validator(mode="after")
     def _lanes_lie_beside_it(self) -> "RoadGeometry":

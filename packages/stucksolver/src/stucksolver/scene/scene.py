@@ -175,6 +175,8 @@ class Scene(FrozenModel):
     claims: tuple[Claim, ...] = ()
     """Recent claims of people about the world, as interpreted: evidence that never overrides perception."""
     attempts: tuple[FailedAttempt, ...] = ()
+    mirrored: bool = False
+    """True for left-hand traffic: left and right are swapped, except in the image and in the words of people."""
 
     def offers(self, *names: str) -> bool:
         """True if the stack can perform all of these behaviors now."""

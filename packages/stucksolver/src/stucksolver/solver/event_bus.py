@@ -6,6 +6,7 @@ import logging
 
 from stucksolver.scene.wording import error_text, in_one_line
 from stucksolver.solver.events import Event, EventKind, Listener
+from stucksolver.solver.side_texts import swapped_event
 from stucksolver.solver.step_listener import StepListener, TransitionStep
 
 LOG = logging.getLogger(__name__)
@@ -17,6 +18,8 @@ class EventBus:
     def __init__(self, listener: Listener | None, step_listener: StepListener | None) -> None:
         self._listener = listener
         self._step_listener = step_listener
+        self.mirrored = False
+        """True if the surroundings are mirrored for left-hand traffic. Events for people then name the other side."""
 
     def step(self, step: TransitionStep) -> None:
         """Report a step: first to the step listener, so that the record has it even if the event listener fails."""
@@ -44,7 +47,7 @@ class EventBus:
         if self._listener is None:
             return
         try:
-            self._listener(event)
+            self._listener(swapped_event(event) if self.mirrored else event)
         except Exception as error:  # noqa: BLE001 - as above
             # The listener is removed before the fault is reported, or the report would call it again.
             self._listener = None

@@ -73,6 +73,8 @@ class Event(FrozenModel):
     """Reply of the person, for `EventKind.ANSWERED`."""
     reading: Interpretation | None = None
     """Interpretation of the passenger's utterance."""
+    mirrored: bool = False
+    """True for left-hand traffic: scene, decision and interpretation are mirrored, and the texts are not."""
 
 
 Listener = Callable[[Event], None]

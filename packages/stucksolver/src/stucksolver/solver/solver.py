@@ -26,6 +26,7 @@ from stucksolver.solver.events import Event, EventKind, Listener
 from stucksolver.solver.launch_acceleration import LaunchAcceleration
 from stucksolver.solver.monotonic_time import MonotonicTime
 from stucksolver.solver.questions import Question, QuestionDesk
+from stucksolver.solver.side_texts import swapped_guidance, swapped_question
 from stucksolver.solver.situation_text import situation_text
 from stucksolver.solver.state_machine.guidance import answerable_question
 from stucksolver.solver.state_machine.inputs import Inputs, SceneInput, SolverSetup, SurroundingsInput
@@ -196,7 +197,8 @@ class StuckSolver:
     @property
     def pending_question(self) -> Question | None:
         """Open question to a person, or None."""
-        return self._desk.pending
+        question = self._desk.pending
+        return swapped_question(question) if question is not None and self._bus.mirrored else question
 
     def approve(self, question_id: str | None = None, by: Person = "passenger") -> None:
         """Reply yes to the open question; the reply counts from the next step on.
@@ -286,11 +288,15 @@ class StuckSolver:
         """Return the inputs of this tick. Utterances and answers leave their threads when the clock permits."""
         now = status.time_s
         if self._utterances:
-            question = answerable_question(self._state)
-            situation = situation_text(scene().scene, question.text if question else None)
+            snapshot, question = scene().scene, answerable_question(self._state)
+            if question is not None and self._bus.mirrored:
+                question = swapped_question(question)
+            situation = situation_text(snapshot, question.text if question else None)
             while self._utterances:
                 self._reader.take(self._utterances.popleft(), now - self._timeline.offset_s, now, situation)
         guidance = self._reader.poll(now)
+        if guidance is not None and self._bus.mirrored:
+            guidance = swapped_guidance(guidance)
         answer = self._reasoner.poll(now)
         return Inputs(
             status=status,
@@ -310,7 +316,9 @@ class StuckSolver:
 
     def _look(self, read: Read, now_s: float) -> SurroundingsInput:
         surroundings = self._senses.look(read, now_s, now_s - self._timeline.offset_s)
-        surroundings = None if surroundings is None else self._launches.with_measured_acceleration(surroundings)
+        if surroundings is not None:
+            self._bus.mirrored = surroundings.road.mirrored
+            surroundings = self._launches.with_measured_acceleration(surroundings)
         return SurroundingsInput(surroundings, self._senses.fault, self._senses.blind_s(now_s))
 
     def _snapshot(self, status: Status, sight: SurroundingsInput) -> SceneInput:

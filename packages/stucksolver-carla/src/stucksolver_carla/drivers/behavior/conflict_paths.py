@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stucksolver.scene.polyline import arc_lengths, nearest_index
+from stucksolver_bridge.traffic_side import drives_on_left
 from stucksolver_carla.drivers.behavior.lane_graph import LaneGraph, LaneKey, lane_key
 from stucksolver_carla.drivers.behavior.path import Array, Path
 from stucksolver_carla.drivers.behavior.routing import TURN_THRESHOLD_RAD
@@ -105,7 +106,7 @@ def junction_conflicts(
 
     Turning traffic yields to straight traffic, and left turns yield to all. If both paths turn alike, the one that
     bends more yields where they join, and the one that has the other on its right yields where they cross. After a stop
-    sign all other paths have priority.
+    sign all other paths have priority. In left-hand traffic, left and right are swapped.
 
     Args:
         route: The route.
@@ -149,6 +150,7 @@ class _Junction:
         inside = [lane_key(point.waypoint) for point in route[first : last + 1]]
         self._entry_lanes |= graph.before(inside[0])
         self._junction_id = route[first].waypoint.junction_id
+        self._is_left_hand = drives_on_left(route[first].waypoint)
         self._line = line
         self.enter_s, leave_s = (_arc_length_of(line, route, index) for index in (first, last))
         self._stretch = (line.s >= self.enter_s - 1.0) & (line.s <= leave_s + _AFTER_M)
@@ -208,7 +210,7 @@ class _Junction:
         )
 
     def _has_priority(self, through: Array, joins: bool) -> bool:
-        rank = {"straight": 0, "right": 1, "left": 2}
+        rank = {"straight": 0, "left": 1, "right": 2} if self._is_left_hand else {"straight": 0, "right": 1, "left": 2}
         own, other = rank[self._turn], rank[_turn(through)]
         if own != other:
             return own > other
@@ -216,6 +218,7 @@ class _Junction:
             return self._bend > float(np.abs(np.diff(through)).sum()) + _BEND_MARGIN_RAD
         # CARLA's yaw grows clockwise: traffic from the right has a smaller one.
         angle = math.remainder(float(through[0] - self._yaw[0]), math.tau)
+        angle = -angle if self._is_left_hand else angle
         return -math.pi + _FROM_RIGHT_RAD < angle < -_FROM_RIGHT_RAD
 
     def _lanes_through(self, key: LaneKey) -> list[LaneKey]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from stucksolver.scene.polyline import arc_lengths
+from stucksolver_bridge.traffic_side import drives_on_left
 from stucksolver_carla.drivers.behavior.path import Array, Path
 from stucksolver_carla.drivers.driver_interface import RoutePoint
 
@@ -30,6 +31,8 @@ class LaneWidths(NamedTuple):
     """Width of the left lane of the opposite direction."""
     right_same: float
     """Width of the right lane of the same direction."""
+    right_oncoming: float = 0.0
+    """Width of the right lane of the opposite direction, in left-hand traffic."""
 
 
 CLOSED = LaneWidths(0.0, 0.0, 0.0, 0.0)
@@ -42,7 +45,9 @@ class AdjacentLaneWidths:
 
     s: Array
     widths: Array
-    """(n, 4), in the order of `LaneWidths`."""
+    """(n, 5), in the order of `LaneWidths`."""
+    edge_side: float = 1.0
+    """Side of the road's edge: 1 for the right in right-hand traffic, -1 for the left in left-hand traffic."""
 
     def narrowest(self, start_m: float, end_m: float) -> LaneWidths:
         """Return the minimum widths along the route from `start_m` to `end_m`."""
@@ -69,24 +74,21 @@ def lane_widths_along(route: Sequence[RoutePoint], line: Path) -> AdjacentLaneWi
         _lane_widths(point.waypoint) if is_on_line else CLOSED
         for point, is_on_line in zip(route, on_line.tolist(), strict=True)
     ]
-    return AdjacentLaneWidths(s, np.array(widths, dtype=np.float64).reshape(len(route), 4))
+    edge_side = -1.0 if any(drives_on_left(point.waypoint) for point in route[:1]) else 1.0
+    return AdjacentLaneWidths(s, np.array(widths, dtype=np.float64).reshape(len(route), 5), edge_side)
 
 
 def _lane_widths(waypoint: carla.Waypoint) -> LaneWidths:
     half = float(waypoint.lane_width) / 2.0
     if waypoint.is_junction:
         return LaneWidths(half, 0.0, 0.0, 0.0)
-    left, right = _driving_lane(waypoint.get_left_lane()), _driving_lane(waypoint.get_right_lane())
-    is_left_same = left is not None and left.lane_id * waypoint.lane_id > 0
-    width = 0.0 if left is None else float(left.lane_width)
-    is_right_same = right is not None and right.lane_id * waypoint.lane_id > 0
-    return LaneWidths(
-        half,
-        width if is_left_same else 0.0,
-        0.0 if is_left_same else width,
-        float(right.lane_width) if right is not None and is_right_same else 0.0,
-    )
+    left, right = _widths_of(waypoint.get_left_lane(), waypoint), _widths_of(waypoint.get_right_lane(), waypoint)
+    return LaneWidths(half, *left, *right)
 
 
-def _driving_lane(waypoint: carla.Waypoint | None) -> carla.Waypoint | None:
-    return waypoint if waypoint is not None and str(waypoint.lane_type).endswith("Driving") else None
+def _widths_of(lane: carla.Waypoint | None, own: carla.Waypoint) -> tuple[float, float]:
+    """Return the width of an adjacent driving lane, as (same direction, opposite direction); the other one is 0."""
+    if lane is None or not str(lane.lane_type).endswith("Driving"):
+        return 0.0, 0.0
+    width = float(lane.lane_width)
+    return (width, 0.0) if lane.lane_id * own.lane_id > 0 else (0.0, width)

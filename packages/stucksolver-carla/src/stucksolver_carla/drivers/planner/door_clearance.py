@@ -99,5 +99,6 @@ def _is_off_lanes(widths: LaneWidths, d_m: float, free_m: float) -> bool:
     """
     if max(widths[1:]) <= 0.0:
         return False
-    edge = widths.half + (widths.right_same if d_m > 0.0 else widths.left_same + widths.left_oncoming)
+    right_m, left_m = widths.right_same + widths.right_oncoming, widths.left_same + widths.left_oncoming
+    edge = widths.half + (right_m if d_m > 0.0 else left_m)
     return free_m > edge - _OVERLAP_M

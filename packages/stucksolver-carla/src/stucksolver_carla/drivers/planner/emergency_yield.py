@@ -39,10 +39,11 @@ def approaches_from_behind(context: PassContext) -> list[int]:
 
 
 def yield_candidates(context: PassContext, emergency_ids: frozenset[int]) -> Iterator[PassCandidate]:
-    """Yield paths into an adjacent lane of the ego's direction, the right one first."""
+    """Yield paths into an adjacent lane of the ego's direction, the one toward the road's edge first."""
     widths = context.sides.narrowest(context.s_m, context.s_m + HOLD_M)
     speed = max(SPEED_SHARE * context.speed_mps, MIN_MPS)
-    for width, sign in ((widths.right_same, 1.0), (widths.left_same, -1.0)):
+    for sign in (context.sides.edge_side, -context.sides.edge_side):
+        width = widths.right_same if sign > 0.0 else widths.left_same
         if width > 0.0:
             offset = sign * (widths.half + width / 2.0)
             beside_m = context.s_m + rejoining_length(offset, context.speed_mps)

@@ -191,12 +191,10 @@ def _candidate(
 def _lane_use(widths: LaneWidths, offset: float, half_width: float) -> tuple[bool, bool]:
     """Return (fits, oncoming): True if the lanes are wide enough at the offset, and if an oncoming lane is used."""
     edge = abs(offset) + half_width + EDGE_M
-    if offset >= 0.0:
-        return edge <= widths.half + widths.right_same, False
-    return (
-        edge <= widths.half + widths.left_same + widths.left_oncoming,
-        edge > widths.half + widths.left_same,
-    )
+    to_right = offset >= 0.0
+    same = widths.half + (widths.right_same if to_right else widths.left_same)
+    oncoming = widths.right_oncoming if to_right else widths.left_oncoming
+    return edge <= same + oncoming, edge > same
 
 
 def _drive(context: PassContext, speed: float) -> tuple[Array, Array]:

@@ -174,15 +174,15 @@ class PlannerDriver(BehaviorDriver):
     def _switch_to_square_turn(
         self, line: Path, junction: JunctionConflicts, sides: AdjacentLaneWidths, motion: EgoMotion
     ) -> bool:
-        """Change to a square left turn at a junction. Return False if that is not possible."""
+        """Change to a square turn across the oncoming lanes. Return False if that is not possible."""
         self._flow_wait_s = junction.wait_s
-        turn = with_square_turn(line, junction, self._model.half_width, self._is_drivable)
+        turn = with_square_turn(line, junction, self._model.half_width, self._is_drivable, sides.edge_side)
         if turn is None:
             return False
         self._drop_pass()
         self._planner.set_line(turn.line, motion.pose, motion.speed)
         self._read_line()
-        self._sides = AdjacentLaneWidths(turn.arc_lengths_on_new(sides.s), sides.widths)
+        self._sides = AdjacentLaneWidths(turn.arc_lengths_on_new(sides.s), sides.widths, sides.edge_side)
         self._route_changes = LaneChangePlanner(lane_changes(self._route, turn.line))
         return True
 

@@ -1,4 +1,6 @@
-"""Replaces the wide arc of a left turn by a square turn: straight into the junction, then a tight arc.
+"""Replaces the wide arc of a turn across the oncoming lanes by a square turn: straight on, then a tight arc.
+
+It is a left turn in right-hand traffic, and a right turn in left-hand traffic.
 
 The lanes of a wide junction turn on a wide arc. On it the ego meets oncoming cars almost head-on, and is in their lane
 for a long distance. On a tight arc it crosses their lanes steeply, so a shorter gap suffices.
@@ -71,14 +73,15 @@ def oncoming_paths(line: Path, junction: JunctionConflicts) -> list[ConflictPath
 
 
 def with_square_turn(
-    line: Path, junction: JunctionConflicts, half_width: float, drivable: Drivable
+    line: Path, junction: JunctionConflicts, half_width: float, drivable: Drivable, edge_side: float = 1.0
 ) -> SquareTurn | None:
-    """Return the route's `line` with a square left turn at a junction; None if that is not possible.
+    """Return the route's `line` with a square turn at a junction; None if that is not possible.
 
-    It is not possible if the line does not turn left there, if the lanes' arc is as tight, or if the ego's box, which
-    extends `half_width` meters to either side, would leave the driving lanes.
+    It is not possible if the line does not turn away from the road's edge there (`edge_side`: 1 right, -1 left), if the
+    lanes' arc is as tight, or if the ego's box, which extends `half_width` meters to either side, would leave the
+    driving lanes.
     """
-    bends = line.curvature < -_STRAIGHT_PER_M
+    bends = edge_side * line.curvature < -_STRAIGHT_PER_M
     begin_indices = np.flatnonzero(bends & (line.s > junction.wait_s - _BEFORE_M) & (line.s < junction.last_s))
     if len(begin_indices) == 0:
         return None
@@ -92,21 +95,21 @@ def with_square_turn(
     bend = (line.s >= first) & (line.s <= last)
     for share in _SHARES:
         joins_at = last if share == 1.0 else float(line.s[bend][int(np.argmax(turn_rad[bend] >= share * total_rad))])
-        turn = _squared_between(line, first, joins_at)
+        turn = _squared_between(line, first, joins_at, edge_side)
         if turn is not None and _is_on_lanes(turn, half_width, drivable):
             return turn
     return None
 
 
-def _squared_between(line: Path, first: float, last: float) -> SquareTurn | None:
-    arc = _corner(line, first, last)
+def _squared_between(line: Path, first: float, last: float, edge_side: float) -> SquareTurn | None:
+    arc = _corner(line, first, last, edge_side)
     if arc is None:
         return None
     path = _with_points(line, first, last, *arc)
     return SquareTurn(path, first, last, path.length - line.length)
 
 
-def _corner(line: Path, first: float, last: float) -> tuple[Array, Array] | None:
+def _corner(line: Path, first: float, last: float, edge_side: float) -> tuple[Array, Array] | None:
     """Return the points of a tight arc between two tangents of the route; None if it does not fit."""
     (x0, x1), (y0, y1), (yaw0, yaw1) = line.at(np.array([first, last]))
     turn_rad = abs(yaw1 - yaw0)
@@ -118,7 +121,7 @@ def _corner(line: Path, first: float, last: float) -> tuple[Array, Array] | None
     if min(before_m, behind_m) <= tangent:
         return None
     angle = np.linspace(0.0, turn_rad, max(round(RADIUS_M * turn_rad / _ARC_STEP_M), 2))
-    along_m, left_m = before_m - tangent + RADIUS_M * np.sin(angle), RADIUS_M * (1.0 - np.cos(angle))
+    along_m, left_m = before_m - tangent + RADIUS_M * np.sin(angle), edge_side * RADIUS_M * (1.0 - np.cos(angle))
     x = x0 + along_m * math.cos(yaw0) + left_m * math.sin(yaw0)
     y = y0 + along_m * math.sin(yaw0) - left_m * math.cos(yaw0)
     return x, y

@@ -8,6 +8,7 @@ from typing import Any
 
 import carla
 
+from stucksolver_bridge.traffic_side import drives_on_left
 from stucksolver_eval.background_traffic.lanes import RouteJunction, entries, route_junctions
 from stucksolver_eval.scenario_context import ScenarioContext
 from stucksolver_eval.scenarios.families.lane_places import run_of_lane, turn_deg, upstream, way_turn_deg
@@ -61,8 +62,8 @@ class JunctionScenario(Scenario):
 
     @cached_property
     def turn(self) -> str:
-        """The hero's turn: `left`, `right` or `straight`."""
-        angle = turn_deg(self.entry, self.exit)
+        """The hero's turn: `left`, `right` or `straight`; left and right are swapped in left-hand traffic."""
+        angle = -turn_deg(self.entry, self.exit) if drives_on_left(self.entry) else turn_deg(self.entry, self.exit)
         return "straight" if abs(angle) < 35.0 else "right" if angle > 0 else "left"
 
     def entries_from(self, side: str) -> list[carla.Waypoint]:
@@ -165,8 +166,8 @@ def way_to(road_id: int, lane_id: int | None = None) -> Callable[[carla.Waypoint
 
 
 def _comes_from(entry: carla.Waypoint, other: carla.Waypoint) -> str:
-    """Return the side from which another entry's traffic comes, relative to `entry`."""
-    angle = turn_deg(entry, other)
+    """Return the side from which another entry's traffic comes, relative to `entry`; mirrored in left-hand traffic."""
+    angle = -turn_deg(entry, other) if drives_on_left(entry) else turn_deg(entry, other)
     if abs(angle) > 135.0:
         return "opposite"
     if abs(angle) < 45.0:

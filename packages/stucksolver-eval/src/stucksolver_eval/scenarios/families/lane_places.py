@@ -1,10 +1,16 @@
-"""Positions relative to a lane, as `carla.Transform`s and `carla.Waypoint`s."""
+"""Positions relative to a lane, as `carla.Transform`s and `carla.Waypoint`s.
+
+Sides are those of right-hand traffic: the right is the side of the road's edge. On roads with left-hand traffic, they
+are mirrored.
+"""
 
 from __future__ import annotations
 
 import math
 
 import carla
+
+from stucksolver_bridge.traffic_side import drives_on_left, inner_lane, outer_lane
 
 MOST_LANES = 8
 """Maximum number of lanes on one side. Ours."""
@@ -15,6 +21,8 @@ def offset_pose(
 ) -> carla.Transform:
     """Return a transform offset from a waypoint to the right, ahead and up (m), and turned clockwise (degrees)."""
     at = waypoint.transform
+    if drives_on_left(waypoint):
+        right_m, turn_deg = -right_m, -turn_deg
     yaw = math.radians(at.rotation.yaw)
     cos, sin = math.cos(yaw), math.sin(yaw)
     place = carla.Location(
@@ -30,7 +38,7 @@ def lane_of(waypoint: carla.Waypoint, kind: carla.LaneType, direction: str = "ri
     """Return the first lane of this type in this direction across the road, or None."""
     here = waypoint
     for _ in range(MOST_LANES):
-        there = here.get_right_lane() if direction == "right" else here.get_left_lane()
+        there: carla.Waypoint | None = outer_lane(here) if direction == "right" else inner_lane(here)
         if there is None:
             return None
         if there.lane_type == kind:
@@ -46,7 +54,7 @@ def edge_m(waypoint: carla.Waypoint, direction: str = "right") -> float:
     """Return the distance from a waypoint to the outer edge of the outermost lane for vehicles on that side (m)."""
     here, edge = waypoint, waypoint.lane_width / 2.0
     for _ in range(MOST_LANES):
-        there = here.get_right_lane() if direction == "right" else here.get_left_lane()
+        there = outer_lane(here) if direction == "right" else inner_lane(here)
         if there is None or there.lane_type not in _FOR_VEHICLES or there.lane_id * waypoint.lane_id < 0:
             break
         here, edge = there, edge + there.lane_width
@@ -58,10 +66,15 @@ _FOR_VEHICLES = (carla.LaneType.Driving, carla.LaneType.Parking, carla.LaneType.
 
 def side_driving_lane(waypoint: carla.Waypoint, side: str) -> carla.Waypoint | None:
     """Return the adjacent driving lane of the same direction on that side, or None."""
-    there = waypoint.get_left_lane() if side == "left" else waypoint.get_right_lane()
+    there: carla.Waypoint | None = inner_lane(waypoint) if side == "left" else outer_lane(waypoint)
     if there is None or there.lane_id * waypoint.lane_id < 0 or there.lane_type != carla.LaneType.Driving:
         return None
     return there
+
+
+def door_to_lane(waypoint: carla.Waypoint, parked: str = "right") -> carla.VehicleDoor:
+    """Return the front door through which a vehicle that is parked on that side opens into the lane."""
+    return carla.VehicleDoor.FL if (parked == "right") != drives_on_left(waypoint) else carla.VehicleDoor.FR
 
 
 def upstream(waypoint: carla.Waypoint, distance_m: float, step_m: float = 5.0) -> carla.Waypoint:

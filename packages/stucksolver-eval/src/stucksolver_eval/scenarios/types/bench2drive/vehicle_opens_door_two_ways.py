@@ -8,7 +8,7 @@ import carla
 
 from stucksolver_eval.actors.actor_pool import LIFT_M
 from stucksolver_eval.scenario_context import ScenarioContext
-from stucksolver_eval.scenarios.families.lane_places import lane_of, offset_pose
+from stucksolver_eval.scenarios.families.lane_places import door_to_lane, lane_of, offset_pose
 from stucksolver_eval.scenarios.families.obstacle import PAST_M, TwoWayObstacle
 from stucksolver_eval.scenarios.parameters import NumberParameter
 from stucksolver_eval.scenarios.registry import scenario
@@ -62,8 +62,7 @@ class VehicleOpensDoorTwoWays(TwoWayObstacle):
         self.clear_lane()
         place_s = self.s_at(self.distance_m)
         yield from self.until(lambda: self.within(place_s, OPENS_S, OPENS_M))
-        door = carla.VehicleDoor.FL if self.direction == "right" else carla.VehicleDoor.FR
-        self.cast.open_door(self._car, door)
+        self.cast.open_door(self._car, door_to_lane(self.ahead(self.distance_m), self.direction))
         self.traffic.stop_back()
         yield from self.wait(self.settle_s)
         yield from self.way_past(place_s + PAST_M)

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import carla
-
-from stucksolver_eval.scenarios.families.lane_places import offset_pose
+from stucksolver_eval.scenarios.families.lane_places import door_to_lane, offset_pose
 from stucksolver_eval.scenarios.families.street import StreetScenario
 from stucksolver_eval.scenarios.registry import scenario
 
@@ -22,6 +20,7 @@ class OpenDoorInLane(StreetScenario):
     blueprints = (CAR,)
 
     def place_situation(self) -> None:
-        car = self.cast.must_spawn(CAR, offset_pose(self.ahead(self.distance_m), RIGHT_M))
+        lane = self.ahead(self.distance_m)
+        car = self.cast.must_spawn(CAR, offset_pose(lane, RIGHT_M))
         self.cast.hold(car)
-        self.cast.open_door(car, carla.VehicleDoor.FL)
+        self.cast.open_door(car, door_to_lane(lane))

@@ -50,7 +50,7 @@ class AnimalsOnRoad(StuckScenario):
     def situation(self) -> Iterator[None]:
         yield from self.hero_near()
         yield from self.wait(LASTS_S)
-        aside = self.ahead(self.distance_m).transform.get_right_vector()
+        aside = offset_pose(self.ahead(self.distance_m), turn_deg=90.0).get_forward_vector()
         for animal in self._animals:
             control = carla.WalkerControl(aside, WALK_MPS, False)
             self.cast.send(carla.command.ApplyWalkerControl(animal.id, control))

@@ -8,6 +8,7 @@ from typing import ClassVar
 
 import carla
 
+from stucksolver_bridge.traffic_side import drives_on_left
 from stucksolver_eval.scenarios.families.lane_places import offset_pose, way_turn_deg
 from stucksolver_eval.scenarios.families.stuck import StuckScenario
 from stucksolver_eval.scenarios.registry import scenario
@@ -55,7 +56,8 @@ def row_across(carla_map: carla.Map, here: carla.Waypoint) -> list[carla.Transfo
 
     If the waypoint `here` is in a junction, the row is perpendicular to the road that its lane leads into.
     """
-    turn = way_turn_deg(here, here)
+    # Positions are mirrored in left-hand traffic (`lane_places`), so the turn is, too.
+    turn = -way_turn_deg(here, here) if drives_on_left(here) else way_turn_deg(here, here)
     places = [_across(here, k * BARRIER_M, turn) for k in range(-MOST_EACH_SIDE, MOST_EACH_SIDE + 1)]
     on_road = [k for k, place in enumerate(places) if carla_map.get_waypoint(place.location, False, FOR_VEHICLES)]
     # Lanes that diverge in a junction leave gaps between them, which are paved too.
@@ -63,7 +65,7 @@ def row_across(carla_map: carla.Map, here: carla.Waypoint) -> list[carla.Transfo
 
 
 def _across(waypoint: carla.Waypoint, aside_m: float, turn_deg: float) -> carla.Transform:
-    """Return a barrier's pose `aside_m` to the right of a waypoint, on a road that turns by `turn_deg` clockwise."""
+    """Return a barrier's pose `aside_m` to the right of a waypoint, on a road that turns right by `turn_deg`."""
     square = math.radians(turn_deg)
     along_m, right_m = -aside_m * math.sin(square), aside_m * math.cos(square)
     return offset_pose(waypoint, right_m, along_m, turn_deg=turn_deg + 90.0)

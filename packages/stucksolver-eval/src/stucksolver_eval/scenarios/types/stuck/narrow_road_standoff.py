@@ -7,6 +7,7 @@ from typing import Any
 
 import carla
 
+from stucksolver_bridge.traffic_side import inner_lane
 from stucksolver_eval.scenario_context import ScenarioContext
 from stucksolver_eval.scenarios.families.lane_places import run_of_lane
 from stucksolver_eval.scenarios.families.stuck import StuckScenario
@@ -45,7 +46,7 @@ class NarrowRoadStandoff(StuckScenario):
     def _oncoming(self, distance_m: float) -> Any | None:
         """Return the adjacent oncoming lane of any width, or None."""
         here = self.ahead(distance_m)
-        lane = here.get_left_lane()
+        lane = inner_lane(here)
         against = lane is not None and lane.lane_type == carla.LaneType.Driving and lane.lane_id * here.lane_id < 0
         return lane if against else None
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from stucksolver_eval.actors.actor_pool import lamps
 from stucksolver_eval.scenarios.families.crossing_actors import walk_for
-from stucksolver_eval.scenarios.families.lane_places import edge_m
+from stucksolver_eval.scenarios.families.lane_places import edge_m, offset_pose
 from stucksolver_eval.scenarios.families.stuck import StuckScenario
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.sites.lane_requirements import two_ways
@@ -48,7 +48,7 @@ class SchoolBus(StuckScenario):
         lane = self.ahead(self.distance_m)
         way_m = self._aside_m + edge_m(lane, "left") + lane.lane_width + 1.0
         for child in self._children:
-            yield from walk_for(self, child, lane.transform.rotation.yaw - 90.0, CROSS_MPS, way_m)
+            yield from walk_for(self, child, offset_pose(lane, turn_deg=-90.0).rotation.yaw, CROSS_MPS, way_m)
         self.cast.lights(self._bus, lamps("NONE"))
         yield from self.wait(2.0)
         self.cars.drive(self._bus, lane, DRIVES_MPS, begin=False)

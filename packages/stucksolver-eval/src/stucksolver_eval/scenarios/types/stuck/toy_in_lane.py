@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from stucksolver_eval.scenarios.families.crossing_actors import walk_for
-from stucksolver_eval.scenarios.families.lane_places import edge_m
+from stucksolver_eval.scenarios.families.lane_places import edge_m, offset_pose
 from stucksolver_eval.scenarios.families.stuck import StuckScenario
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.sites.lane_requirements import one_lane
@@ -37,7 +37,7 @@ class ToyInLane(StuckScenario):
         self._way_m = edge_m(lane) + 0.4
         self._toy = self.spawn_at(TOY)
         self._child = self.spawn_at(CHILD, 0.0, self._way_m, turn_deg=-90.0)
-        self._yaw_deg = lane.transform.rotation.yaw - 90.0
+        self._yaw_deg = offset_pose(lane, turn_deg=-90.0).rotation.yaw
 
     def situation(self) -> Iterator[None]:
         yield from self.hero_near()
