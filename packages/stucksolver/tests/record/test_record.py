@@ -88,7 +88,7 @@ def test_it_begins_with_all_that_decides_how_it_goes(one):
     assert first["kind"] == "begin" and last["kind"] == "end"
     assert first["versions"].keys() >= {"stucksolver", "python", "numpy"}
     assert first["clock"] == "lockstep"
-    assert first["reasoners"] == {"rules": "rules"}
+    assert first["reasoners"] == {"rules": "search"}
     assert first["ladder"]["name"] == "default"
     assert first["policy"] == GuardPolicy().model_dump(mode="json")
     assert first["policy"]["clearance"]["standing_gap_m"] == 0.3
@@ -143,7 +143,7 @@ def test_trigger_scene_decision_verdict_and_outcome_are_there(one):
     assert [e["kind"] for e in events][:3] == ["triggered", "decided", "started"]
     assert steps[0]["asked"]["scene"]["objects"][0]["id"] == "lead"
     assert steps[1]["in"]["answer"]["decision"]["plan"]["behaviors"][-1]["name"] == "borrow_oncoming_lane"
-    assert events[1]["reasoner"] == "rules"
+    assert events[1]["reasoner"] == "search"
     assert events[-1]["kind"] == "closed"
 
 

@@ -36,6 +36,8 @@ FACTORS = (0.5, 0.75, 1.25, 1.5)
 """Factors on a parameter of a plan that is nearly accepted. Ours."""
 NEAR_M = 25.0
 """A plan that stays in the lane leads past nothing that is in the path within this distance (m). Ours."""
+MOST_HALVES = 2
+"""Number of aborted plans with preparations, after which the same behavior is not prepared again. Ours."""
 LAST_RANK = 100
 """Rank of behaviors that solve nothing by themselves."""
 LONGEST = 6
@@ -188,7 +190,13 @@ class PlanSearch:
         declined = any(attempt.ended is AttemptOutcome.DECLINED for attempt in self.scene.attempts)
         asks = any(item.approval for item in candidate.assessment.shortfalls)
         passes = self.passes is None or self.passes in candidate.assessment.passed
-        return candidate.possible and passes and not (declined and asks)
+        return candidate.possible and passes and not (declined and asks) and not self._ends_half_way(candidate.plan)
+
+    def _ends_half_way(self, plan: RecoveryPlan) -> bool:
+        """True if plans with preparations for the same behavior were aborted often enough."""
+        last = plan.behaviors[-1].name
+        aborted = [a for a in self.scene.attempts if a.ended is AttemptOutcome.ABORTED and len(a.behaviors) > 1]
+        return len(plan.behaviors) > 1 and sum(a.behaviors[-1] == last for a in aborted) >= MOST_HALVES
 
     def _settled(self) -> bool:
         """True if a plan that needs nothing else is accepted, so that a refinement can hardly be better."""

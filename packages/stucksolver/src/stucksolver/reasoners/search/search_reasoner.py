@@ -88,6 +88,9 @@ class SearchReasoner:
         if result.best is not None and not self._holds(scene, result.best):
             return result.best.plan, None, _says(result.best), _explained(analysis, scene, result)
         analysis = _explained(analysis, scene, result)
+        if scene.guidance is not None and result.nearly is not None:
+            # The guard refuses what the passenger asks for, and its reason is told back.
+            return result.nearly.plan, None, analysis.reason, analysis
         room = None if lead is None else back_off(scene, lead)
         if room is not None:
             return room[0], room[1][0], room[1][1], analysis
