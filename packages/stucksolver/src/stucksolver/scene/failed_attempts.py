@@ -86,5 +86,7 @@ class FailedAttempt(FrozenModel):
     failures: tuple[PlanFailure, ...] = ()
     too_near: tuple[str, ...] = ()
     """Ids of the objects to which the plan did not keep the required gap."""
+    blocker: str | None = None
+    """Id of the object of the binding constraint; None without one, and in old records."""
     outcome: str
     """Reason as text for people and language models."""

@@ -39,7 +39,14 @@ from stucksolver.solver.state_machine.execution_phases import (
     Yielding,
 )
 from stucksolver.solver.state_machine.execution_steps import ExecutionOutcome, Step, stand
-from stucksolver.solver.state_machine.gap_wait import STOPPED_MPS, GapWait, sight_may_improve, yield_targets
+from stucksolver.solver.state_machine.gap_wait import (
+    STOPPED_MPS,
+    GapWait,
+    names_stationary,
+    sight_may_improve,
+    stays,
+    yield_targets,
+)
 from stucksolver.solver.state_machine.history import moving, passes
 from stucksolver.solver.state_machine.path_points import (
     ARRIVED_M,
@@ -65,7 +72,9 @@ MOST_LEGS = 10
 ended.
 """
 GAP_WAIT_S = 120.0
-"""A plan waits this long for a gap before its next step. Then a person is asked (`reasoners.rules.decide.NO_WAY_S`)."""
+"""A plan yields this long on its path, where it cannot simply end."""
+NEXT_STEP_S = 30.0
+"""A plan waits this long for a gap before its next step, by default (s), as `QuestionSettings.next_step_s`."""
 RETURN_WAIT_S = 30.0
 """A vehicle at the roadside waits this long for a proven return; then the stack merges by itself. Ours: a stream that
 never ends would hold the vehicle there for good.
@@ -85,6 +94,9 @@ class Execution:
         self.last_verdict = Verdict()
         self.next_was_refused = False
         """True if the plan ended because a later step was refused once an earlier one was done."""
+        self.step_done = False
+        """True once a step with a path is done."""
+        self._next_step_s = NEXT_STEP_S
         self._guard = guard
         self._guided = guided
         self._approvals = approvals
@@ -144,9 +156,18 @@ class Execution:
         other.withdraw()
         return other
 
-    def advance(self, view: FrenetScene, now_s: float) -> tuple[Execution, Step | ExecutionOutcome]:
-        """Return a copy advanced by one tick, with the step to take or the outcome. This object does not change."""
+    def advance(
+        self, view: FrenetScene, now_s: float, next_step_s: float = NEXT_STEP_S
+    ) -> tuple[Execution, Step | ExecutionOutcome]:
+        """Return a copy advanced by one tick, with the step to take or the outcome. This object does not change.
+
+        Args:
+            view: The surroundings in road coordinates.
+            now_s: The solver's own time (s).
+            next_step_s: How long to wait for traffic before the next step (s).
+        """
         other = copy.copy(self)
+        other._next_step_s = next_step_s
         return other, other.tick(view, now_s)
 
     def tick(self, view: FrenetScene, now_s: float) -> Step | ExecutionOutcome:
@@ -166,6 +187,11 @@ class Execution:
         if isinstance(phase, OnPath):
             return self._move(phase, view, now_s)
         return self._stand(phase, view, now_s)
+
+    @property
+    def is_waiting(self) -> bool:
+        """True if the plan stands for traffic, between two steps or on its path, or in a behavior without a path."""
+        return isinstance(self.phase, AwaitingNext | Stopped) or self._yields
 
     @property
     def is_stopping_blind(self) -> bool:
@@ -295,6 +321,7 @@ class Execution:
         return stand(None)
 
     def _next(self, view: FrenetScene, now_s: float) -> Step | ExecutionOutcome:
+        self.step_done = self.step_done or isinstance(self.phase, OnPath | OnLeg)
         if not self._segments:
             return ExecutionOutcome(True, "the plan is done")
         verdict = self.start(view, now_s)
@@ -314,8 +341,11 @@ class Execution:
         returns = self._segments[0][0].starts_at_roadside
         waiting = self.phase
         if not isinstance(waiting, AwaitingNext):
-            waiting = AwaitingNext(now_s + (RETURN_WAIT_S if returns else GAP_WAIT_S), now_s)
-        passing = returns or passes(verdict, moving(view), sensed=view.ego.position_sd_m is not None)
+            waiting = AwaitingNext(now_s + (RETURN_WAIT_S if returns else self._next_step_s), now_s)
+        still_s = None if not names_stationary(verdict, view) else waiting.still_s or now_s
+        waiting = replace(waiting, still_s=still_s)
+        passing = passes(verdict, moving(view), sensed=view.ego.position_sd_m is not None)
+        passing = returns or (passing and not stays(still_s, view.ego, now_s))
         self.phase = waiting = replace(waiting, traffic_s=now_s) if passing else waiting
         passing = passing or sight_may_improve(verdict, view.ego, now_s - waiting.traffic_s)
         if passing and now_s < waiting.until_s and self._guard.may_stand(view):
@@ -326,8 +356,9 @@ class Execution:
                 self._begin(proven, None, view, now_s)
                 return self._give_way(OnPath(proven), self.last_verdict, view, now_s)
             return stand(None)
-        self.next_was_refused = True
-        return self._abort(AbortAction.STOP, verdict, view, f"the next step was refused: {verdict}")
+        self.next_was_refused = not passing
+        why = f"no gap within {self._next_step_s:g} s" if passing else "the next step was refused"
+        return self._abort(AbortAction.STOP, verdict, view, f"{why}: {verdict}")
 
     def _abort(
         self, way: AbortAction, verdict: Verdict, view: FrenetScene, why: str | None = None

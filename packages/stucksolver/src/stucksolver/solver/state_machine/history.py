@@ -10,8 +10,10 @@ from stucksolver.guard import OK, RejectCode, RejectReason, Verdict
 from stucksolver.plan import RecoveryPlan
 from stucksolver.plan.behaviors import Behavior
 from stucksolver.plan.behaviors.behavior import CREEP_MPS
-from stucksolver.scene import AttemptOutcome, FailedAttempt
+from stucksolver.scene import AttemptOutcome, FailedAttempt, Scene
 from stucksolver.scene.frenet_scene import FrenetScene
+from stucksolver.solver.notices import binding_reject
+from stucksolver.solver.state_machine.blockers import Blocker
 
 UNSEEN = frozenset({RejectCode.TIMEOUT, RejectCode.DEVIATION})
 """Reasons that cannot be seen before a plan starts: a plan that failed for one of them is not started again."""
@@ -78,6 +80,8 @@ class AttemptHistory:
     attempts: tuple[FailedAttempt, ...] = ()
     halves: tuple[RecoveryPlan, ...] = ()
     """Plans that ended because a later step was refused."""
+    blocker: Blocker | None = None
+    """The object that all of this is about; set if the intervention ended only because that object moved on."""
 
     def with_attempt(
         self, plan: RecoveryPlan, ended: AttemptOutcome, time_s: float, *, text: str = "", verdict: Verdict = OK
@@ -98,9 +102,21 @@ class AttemptHistory:
             codes=verdict.codes,
             failures=verdict.failures,
             too_near=verdict.too_near,
+            blocker=None if (reject := binding_reject(verdict)) is None else reject.object_id,
             outcome=text or TEXTS.get(ended) or str(verdict),
         )
         return replace(self, attempts=(*self.attempts, attempt)[-self.remembered :] if self.remembered else ())
+
+    def about(self, scene: Scene, progress_m: float, within_m: float) -> AttemptHistory:
+        """Return the history for a new intervention: kept only if the same object still blocks the path.
+
+        Args:
+            scene: The scene of the query.
+            progress_m: Progress on the route (m).
+            within_m: Gap beyond which the object counts as gone (m).
+        """
+        kept = self.blocker is None or self.blocker.still_blocks(scene, progress_m, within_m)
+        return self if kept else AttemptHistory(self.remembered)
 
     def aborted(self, plan: RecoveryPlan, verdict: Verdict) -> AttemptHistory:
         """A running plan was given up: bar it if the reason cannot be seen before it starts."""

@@ -14,7 +14,9 @@ from stucksolver.reasoners import ReasonerAnswer
 from stucksolver.scene import Guidance, Interpretation, Status, Surroundings
 from stucksolver.scene.frenet_scene import FrenetScene
 from stucksolver.solver.events import Event, EventKind, StepOutput
+from stucksolver.solver.notices import Notice, StandstillReason, verdict_reason
 from stucksolver.solver.questions import Question, QuestionKind
+from stucksolver.solver.state_machine.blockers import blocker_of
 from stucksolver.solver.state_machine.inputs import Inputs, SolverSetup, SurroundingsInput
 from stucksolver.solver.state_machine.perception_disagreement import Disagreement, mask_disputed, update_disputes
 from stucksolver.solver.state_machine.state import AwaitingApproval, Intervention, Monitoring, Querying, State
@@ -112,6 +114,7 @@ class PendingTransition:
         text: str,
         *,
         question: Question | None = None,
+        notice: Notice | None = None,
         answer: bool | None = None,
         verdict: Verdict | None = None,
         interpretation: Interpretation | None = None,
@@ -123,7 +126,9 @@ class PendingTransition:
             text=text,
             intervention=self._number,
             rung=self.state.escalation.rung,
+            scene=None if notice is None else self.state.scene,
             question=question,
+            notice=notice,
             answer=answer,
             verdict=verdict,
             reading=interpretation,
@@ -171,7 +176,8 @@ class PendingTransition:
         if self.state.intervention is not None:
             return
         number = self.state.interventions + 1
-        self.state = replace(self.state, intervention=Intervention(number), interventions=number)
+        blocker = blocker_of(self.state.scene, self.status.progress_m, self.setup.ladder.hand_back.gone_m)
+        self.state = replace(self.state, intervention=Intervention(number, blocker), interventions=number)
         moving = trigger in (None, Trigger.GUIDANCE) and self.inputs.slow_since_s is None
         progress, _ = self.state.progress.advance(self.status, self.onset_s, None if moving else trigger)
         self.state = replace(self.state, progress=progress)
@@ -180,6 +186,17 @@ class PendingTransition:
         """Change the open intervention, if there is one."""
         if self.state.intervention is not None:
             self.state = replace(self.state, intervention=change(self.state.intervention))
+
+    def note_reason(self, reason: StandstillReason | None) -> None:
+        """Note what keeps the stopped vehicle from going on, for the notices to people."""
+        standstill = self.state.standstill
+        if standstill is not None and reason is not None:
+            self.state = replace(self.state, standstill=replace(standstill, reason=reason))
+
+    def note_verdict(self, verdict: Verdict) -> None:
+        """Note the binding constraint of a verdict as this reason."""
+        if not verdict.accepted:
+            self.note_reason(verdict_reason(verdict, self.view))
 
     # ---- the ladder
 

@@ -14,7 +14,8 @@ from stucksolver.scene import AttemptOutcome
 from stucksolver.solver.events import EventKind
 from stucksolver.solver.query import NoAnswer, Query
 from stucksolver.solver.questions import PersonReply, QuestionKind
-from stucksolver.solver.state_machine import claims, hand_back, human_in_the_loop, plan_lifecycle
+from stucksolver.solver.notices import StandstillReason
+from stucksolver.solver.state_machine import claims, hand_back, human_in_the_loop, plan_lifecycle, standoff
 from stucksolver.solver.state_machine.history import GOT_ON_M, TEXTS
 from stucksolver.solver.state_machine.human_in_the_loop import blockage_text
 from stucksolver.solver.state_machine.pending_transition import PendingTransition
@@ -129,9 +130,13 @@ def _ask(turn: PendingTransition, move: AskReasoner, trigger: Trigger) -> None:
     if move.reasoner in turn.inputs.busy:
         _no_answer(turn, f"{turn.setup.reasoners[move.reasoner]} is still busy with an older question")
         return
+    if turn.state.intervention is None:
+        gone_m = turn.setup.ladder.hand_back.gone_m
+        turn.state = replace(turn.state, history=turn.state.history.about(shot.scene, turn.status.progress_m, gone_m))
     state, slow_since = turn.state, turn.inputs.slow_since_s
     ego = shot.scene.ego.model_copy(
         update={
+            "yield_draw": standoff.draw(turn, shot.scene),
             "stopped_for_s": 0.0 if slow_since is None else round(turn.now_s - slow_since, 2),
             "progress_20s_m": turn.inputs.progress_in_window_m,
             "immobilized_below_mps": turn.setup.detector.v_min_mps,
@@ -200,6 +205,7 @@ def _no_answer(turn: PendingTransition, why: str, *, malformed: bool = False) ->
     turn.begin(turn.state.trigger)
     verdict = Verdict(rejects=(RejectReason(code=RejectCode.IMPLAUSIBLE, detail=why),)) if malformed else None
     turn.tell(EventKind.FAILED, f"the reasoner gave no answer: {why}", verdict=verdict)
+    turn.note_reason(StandstillReason(text=f"no way on was found: the reasoner gave no answer: {why}"))
     turn.failed()
 
 
@@ -219,9 +225,21 @@ def _no_plan(turn: PendingTransition, answer: ReasonerAnswer) -> None:
         turn.begin(turn.state.trigger)
     else:
         turn.state = replace(turn.state, escalation=waits)
+    _note_reason(turn, answer, legitimate=waits is not None)
     turn.tell_decision(answer, None, waiting=waits is not None)
     if waits is None:
         turn.failed()
+    else:
+        standoff.back_off(turn, reason)
+
+
+def _note_reason(turn: PendingTransition, answer: ReasonerAnswer, *, legitimate: bool) -> None:
+    """Note why the vehicle stays: a legitimate wait, else the last verdict, which says more than "no safe way"."""
+    analysis, standstill = answer.decision.analysis, turn.state.standstill
+    if legitimate:
+        turn.note_reason(StandstillReason(text=analysis.reason, wait=analysis.wait))
+    elif standstill is not None and (standstill.reason is None or standstill.reason.reject is None):
+        turn.note_reason(StandstillReason(text=answer.decision.rationale or analysis.reason))
 
 
 # ---- people

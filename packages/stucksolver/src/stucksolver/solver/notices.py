@@ -1,0 +1,93 @@
+"""Notices: what keeps the vehicle from going on, for people who need not act on it."""
+
+from __future__ import annotations
+
+import re
+
+from stucksolver.guard import RejectCode, RejectReason, Verdict
+from stucksolver.ladder.rung_actions import Person
+from stucksolver.plan import WaitReason
+from stucksolver.scene.base_model import FrozenModel
+from stucksolver.scene.frenet_scene import FrenetScene
+from stucksolver.scene.wording import whereabouts
+
+TRAFFIC = frozenset({RejectCode.ONCOMING_GAP, RejectCode.LANE_ENTRY, RejectCode.RED_LIGHT, RejectCode.STALE})
+"""Reject codes that stay the same reason when one road user follows another."""
+NO_CONSTRAINT = frozenset({RejectCode.REPEATED, RejectCode.NOT_IMMOBILIZED})
+"""Reject codes that say nothing about the world."""
+LATER = TRAFFIC | {RejectCode.WAIT_FIRST, RejectCode.PATH_NOT_VISIBLE}
+"""Reject codes that may end without a change of the plan; others bind first."""
+
+
+class StandstillReason(FrozenModel):
+    """What keeps a stopped vehicle from going on: a legitimate wait, or the binding constraint of a verdict."""
+
+    text: str
+    wait: WaitReason | None = None
+    reject: RejectReason | None = None
+    immovable: bool = False
+    """True if the vehicle does not move although it drives."""
+
+    @property
+    def key(self) -> str:
+        """Key of the reason. It stays the same while only numbers, or the one of several road users, change."""
+        if self.wait is not None:
+            return self.wait.value
+        if self.reject is not None:
+            who = "" if self.reject.code in TRAFFIC else self.reject.object_id or ""
+            return f"{self.reject.code.value} {who}".strip()
+        return re.sub(r"[\d.]+", "", self.text)
+
+
+NOT_KNOWN = StandstillReason(text="the vehicle has stopped, and the reason is not known yet")
+
+
+IN_VAIN_S = 5.0
+"""Time for which motion is commanded without an effect before the vehicle counts as immovable (s). Ours: longer than a
+change of gear and the start on a slope.
+"""
+IMMOVABLE = StandstillReason(
+    text=f"the vehicle does not move although it drives: motion commanded for {IN_VAIN_S:g} s without an effect, and "
+    "nothing touches it or is in its path",
+    immovable=True,
+)
+
+
+class Notice(FrozenModel):
+    """Notice to a person about a stopped vehicle. It asks nothing of the person."""
+
+    id: str
+    time_s: float
+    """Time of the stack's clock (s)."""
+    to: Person
+    reason: StandstillReason
+
+
+def binding_reject(verdict: Verdict) -> RejectReason | None:
+    """Return the reject reason that would have to change first, or None without one.
+
+    A reason that ends by itself, such as passing traffic, comes after those that do not.
+    """
+    rejects = [reason for reason in verdict.rejects if reason.code not in NO_CONSTRAINT]
+    return next((reason for reason in rejects if reason.code not in LATER), next(iter(rejects), None))
+
+
+def reject_text(reason: RejectReason, view: FrenetScene | None) -> str:
+    """Return a reject reason with the place of its object and how much is missing.
+
+    Args:
+        reason: Reject reason.
+        view: Current surroundings, for the place of the object; None if unknown.
+    """
+    index = None if view is None or reason.object_id is None else view.index_of(reason.object_id)
+    place = "" if view is None or index is None else f" ({whereabouts(max(float(view.gap[index]), 0.0))})"
+    missing = ""
+    if reason.needed_m is not None and reason.seen_m is not None:
+        missing = f", {max(reason.needed_m - reason.seen_m, 0.0):.0f} m missing"
+    return f"{reason.detail}{missing}{place}"
+
+
+def verdict_reason(verdict: Verdict, view: FrenetScene | None) -> StandstillReason | None:
+    """Return the reason for the binding constraint of a verdict; None if it names none."""
+    reject = binding_reject(verdict)
+    return None if reject is None else StandstillReason(text=reject_text(reject, view), reject=reject)
