@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import re
-
 from stucksolver.guard import RejectCode, RejectReason, Verdict
 from stucksolver.ladder.rung_actions import Person
-from stucksolver.plan import WaitReason
+from stucksolver.plan import CauseCode, WaitReason
 from stucksolver.scene.base_model import FrozenModel
 from stucksolver.scene.frenet_scene import FrenetScene
 from stucksolver.scene.wording import whereabouts
@@ -20,11 +18,13 @@ LATER = TRAFFIC | {RejectCode.WAIT_FIRST, RejectCode.PATH_NOT_VISIBLE}
 
 
 class StandstillReason(FrozenModel):
-    """What keeps a stopped vehicle from going on: a legitimate wait, or the binding constraint of a verdict."""
+    """What keeps a stopped vehicle from going on: a legitimate wait, the binding constraint of a verdict, or a cause."""
 
     text: str
     wait: WaitReason | None = None
     reject: RejectReason | None = None
+    cause: CauseCode | None = None
+    """Cause of the immobilization according to the reasoner, if no plan was refused."""
     immovable: bool = False
     """True if the vehicle does not move although it drives."""
 
@@ -36,7 +36,7 @@ class StandstillReason(FrozenModel):
         if self.reject is not None:
             who = "" if self.reject.code in TRAFFIC else self.reject.object_id or ""
             return f"{self.reject.code.value} {who}".strip()
-        return re.sub(r"[\d.]+", "", self.text)
+        return self.text if self.cause is None else self.cause.value
 
 
 NOT_KNOWN = StandstillReason(text="the vehicle has stopped, and the reason is not known yet")

@@ -8,7 +8,7 @@ from dataclasses import replace
 from stucksolver.guard import RejectCode, RejectReason, Verdict
 from stucksolver.immobilization import Trigger
 from stucksolver.ladder import AskPerson, AskReasoner, CallAssistance, Resume
-from stucksolver.plan import Directive
+from stucksolver.plan import CauseCode, Directive
 from stucksolver.reasoners import ReasonerAnswer
 from stucksolver.scene import AttemptOutcome
 from stucksolver.solver.events import EventKind
@@ -205,7 +205,9 @@ def _no_answer(turn: PendingTransition, why: str, *, malformed: bool = False) ->
     turn.begin(turn.state.trigger)
     verdict = Verdict(rejects=(RejectReason(code=RejectCode.IMPLAUSIBLE, detail=why),)) if malformed else None
     turn.tell(EventKind.FAILED, f"the reasoner gave no answer: {why}", verdict=verdict)
-    turn.note_reason(StandstillReason(text=f"no way on was found: the reasoner gave no answer: {why}"))
+    standstill = turn.state.standstill
+    if standstill is None or standstill.reason is None:
+        turn.note_reason(StandstillReason(text=f"no way on is known: {why}", cause=CauseCode.UNKNOWN))
     turn.failed()
 
 
@@ -239,7 +241,8 @@ def _note_reason(turn: PendingTransition, answer: ReasonerAnswer, *, legitimate:
     if legitimate:
         turn.note_reason(StandstillReason(text=analysis.reason, wait=analysis.wait))
     elif standstill is not None and (standstill.reason is None or standstill.reason.reject is None):
-        turn.note_reason(StandstillReason(text=answer.decision.rationale or analysis.reason))
+        cause = analysis.cause or CauseCode.UNKNOWN
+        turn.note_reason(StandstillReason(text=analysis.reason or answer.decision.rationale, cause=cause))
 
 
 # ---- people
