@@ -9,11 +9,11 @@ from stucksolver.scene.base_model import FrozenModel
 from stucksolver.scene.frenet_scene import FrenetScene
 from stucksolver.scene.wording import whereabouts
 
-TRAFFIC = frozenset({RejectCode.ONCOMING_GAP, RejectCode.LANE_ENTRY, RejectCode.RED_LIGHT, RejectCode.STALE})
-"""Reject codes that stay the same reason when one road user follows another."""
 NO_CONSTRAINT = frozenset({RejectCode.REPEATED, RejectCode.NOT_IMMOBILIZED})
 """Reject codes that say nothing about the world."""
-LATER = TRAFFIC | {RejectCode.WAIT_FIRST, RejectCode.PATH_NOT_VISIBLE}
+LATER = frozenset(
+    {RejectCode.RED_LIGHT, RejectCode.STALE, RejectCode.WAIT_FIRST, RejectCode.NO_ABORT, RejectCode.PATH_NOT_VISIBLE}
+)
 """Reject codes that may end without a change of the plan; others bind first."""
 
 
@@ -25,6 +25,8 @@ class StandstillReason(FrozenModel):
     reject: RejectReason | None = None
     cause: CauseCode | None = None
     """Cause of the immobilization according to the reasoner, if no plan was refused."""
+    traffic: bool = False
+    """True if the object of that constraint moves: it is one of several road users that pass."""
     immovable: bool = False
     """True if the vehicle does not move although it drives."""
 
@@ -34,8 +36,7 @@ class StandstillReason(FrozenModel):
         if self.wait is not None:
             return self.wait.value
         if self.reject is not None:
-            who = "" if self.reject.code in TRAFFIC else self.reject.object_id or ""
-            return f"{self.reject.code.value} {who}".strip()
+            return "traffic" if self.traffic else f"{self.reject.code.value} {self.reject.object_id or ''}".strip()
         return self.text if self.cause is None else self.cause.value
 
 
@@ -63,13 +64,23 @@ class Notice(FrozenModel):
     reason: StandstillReason
 
 
-def binding_reject(verdict: Verdict) -> RejectReason | None:
+def binding_reject(verdict: Verdict, view: FrenetScene | None = None) -> RejectReason | None:
     """Return the reject reason that would have to change first, or None without one.
 
     A reason that ends by itself, such as passing traffic, comes after those that do not.
+
+    Args:
+        verdict: The verdict.
+        view: Current surroundings, which show what moves; None if unknown.
     """
     rejects = [reason for reason in verdict.rejects if reason.code not in NO_CONSTRAINT]
-    return next((reason for reason in rejects if reason.code not in LATER), next(iter(rejects), None))
+    lasting = (reason for reason in rejects if reason.code not in LATER and not _moves(reason, view))
+    return next(lasting, next(iter(rejects), None))
+
+
+def _moves(reason: RejectReason, view: FrenetScene | None) -> bool:
+    index = None if view is None or reason.object_id is None else view.index_of(reason.object_id)
+    return view is not None and index is not None and bool(view.moving[index])
 
 
 def reject_text(reason: RejectReason, view: FrenetScene | None) -> str:
@@ -89,5 +100,7 @@ def reject_text(reason: RejectReason, view: FrenetScene | None) -> str:
 
 def verdict_reason(verdict: Verdict, view: FrenetScene | None) -> StandstillReason | None:
     """Return the reason for the binding constraint of a verdict; None if it names none."""
-    reject = binding_reject(verdict)
-    return None if reject is None else StandstillReason(text=reject_text(reject, view), reject=reject)
+    reject = binding_reject(verdict, view)
+    if reject is None:
+        return None
+    return StandstillReason(text=reject_text(reject, view), reject=reject, traffic=_moves(reject, view))

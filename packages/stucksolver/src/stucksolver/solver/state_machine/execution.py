@@ -94,6 +94,8 @@ class Execution:
         self.last_verdict = Verdict()
         self.next_was_refused = False
         """True if the plan ended because a later step was refused once an earlier one was done."""
+        self.next_timed_out = False
+        """True if it ended because traffic prevented a later step for too long."""
         self.step_done = False
         """True once a step with a path is done."""
         self._next_step_s = NEXT_STEP_S
@@ -356,7 +358,7 @@ class Execution:
                 self._begin(proven, None, view, now_s)
                 return self._give_way(OnPath(proven), self.last_verdict, view, now_s)
             return stand(None)
-        self.next_was_refused = not passing
+        self.next_was_refused, self.next_timed_out = not passing, passing
         why = f"no gap within {self._next_step_s:g} s" if passing else "the next step was refused"
         return self._abort(AbortAction.STOP, verdict, view, f"{why}: {verdict}")
 

@@ -123,12 +123,14 @@ class AttemptHistory:
         codes = sorted({r.code.value for r in verdict.rejects if r.code in UNSEEN})
         return self._barred(plan, ", ".join(codes)) if codes else self
 
-    def half_done(self, plan: RecoveryPlan) -> AttemptHistory:
+    def half_done(self, plan: RecoveryPlan, *, for_traffic: bool = False) -> AttemptHistory:
         """A later step of the plan was refused. The same plan would end there again; another one of its kind may not.
 
-        A second plan of the kind is the last one.
+        A second plan of the kind is the last one, unless only traffic prevented the step (`for_traffic`).
         """
         kept = replace(self, halves=(*self.halves, plan))
+        if for_traffic:
+            return kept
         again = any(signature(halve) == signature(plan) for halve in self.halves)
         return kept._barred(plan, TEXTS[AttemptOutcome.ABORTED]) if again else kept
 

@@ -242,7 +242,8 @@ def _given_up(turn: PendingTransition, running: Executing, result: ExecutionOutc
     text = f"aborted: {result.text}"
     history = turn.state.history
     history = history.with_attempt(plan, AttemptOutcome.ABORTED, turn.stack_s, text=text, verdict=result.verdict)
-    history = history.half_done(plan) if execution.next_was_refused else history
+    timed_out = execution.next_timed_out
+    history = history.half_done(plan, for_traffic=timed_out) if execution.next_was_refused or timed_out else history
     turn.state = replace(turn.state, history=history.aborted(plan, last))
     turn.note_verdict(result.verdict)
     passing = passes(last, frozenset()) and not execution.next_was_refused
