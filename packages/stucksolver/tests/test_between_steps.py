@@ -31,7 +31,7 @@ class Stubborn:
         answer = RuleReasoner().decide(request)
         analysis = answer.decision.analysis.model_copy(update={"wait": None, "immobilized": True})
         changes = {"plan": RecoveryPlan(behaviors=PLAN), "analysis": analysis}
-        return replace(answer, decision=answer.decision.model_copy(update=changes))
+        return replace(answer, decision=answer.decision.model_copy(update=changes), reasoner=self.name)
 
 
 class Refuses(Guard):

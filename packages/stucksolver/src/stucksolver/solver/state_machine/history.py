@@ -27,6 +27,7 @@ PASSING = frozenset(
     }
 )
 """Reasons that end when the traffic moves on: waiting is right, and no try is used up."""
+ONLY_REPEATED = (RejectCode.REPEATED,)
 TEXTS = {
     AttemptOutcome.DECLINED: "a person said no",
     AttemptOutcome.ABORTED: "its next step was refused after the first one was done",
@@ -105,7 +106,13 @@ class AttemptHistory:
             blocker=None if (reject := binding_reject(verdict)) is None else reject.object_id,
             outcome=text or TEXTS.get(ended) or str(verdict),
         )
-        return replace(self, attempts=(*self.attempts, attempt)[-self.remembered :] if self.remembered else ())
+        # A repetition says nothing new, and must not push out the attempts that have the reasons.
+        kept = (a for a in self.attempts if a.codes != ONLY_REPEATED or a.behaviors != attempt.behaviors)
+        return replace(self, attempts=(*kept, attempt)[-self.remembered :] if self.remembered else ())
+
+    def last_reason(self) -> str | None:
+        """The reason of the last attempt that was no mere repetition of an earlier one; None without one."""
+        return next((a.outcome for a in reversed(self.attempts) if a.codes != ONLY_REPEATED), None)
 
     def about(self, scene: Scene, progress_m: float, within_m: float) -> AttemptHistory:
         """Return the history for a new intervention: kept only if the same object still blocks the path.

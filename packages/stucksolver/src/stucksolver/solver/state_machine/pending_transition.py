@@ -194,9 +194,10 @@ class PendingTransition:
             self.state = replace(self.state, standstill=replace(standstill, reason=reason))
 
     def note_verdict(self, verdict: Verdict) -> None:
-        """Note the binding constraint of a verdict as this reason."""
-        if not verdict.accepted:
-            self.note_reason(verdict_reason(verdict, self.view))
+        """Note the binding constraint of a verdict as this reason; for a repeated plan, what was wrong before."""
+        found = verdict_reason(verdict, self.view)
+        before = None if verdict.accepted or found is not None else self.state.history.last_reason()
+        self.note_reason(found if before is None else StandstillReason(text=before))
 
     # ---- the ladder
 
