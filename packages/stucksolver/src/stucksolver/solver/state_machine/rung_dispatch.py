@@ -167,8 +167,9 @@ def _look_back(turn: PendingTransition) -> None:
     turn.note(lambda under_way: replace(under_way, done=None))
     if done is None or turn.state.words is not None or turn.status.progress_m - done[1] >= GOT_ON_M:
         return
-    plan, history = done[0], turn.state.history
-    if not history.may_be_useless(plan):
+    plan, history, asked = done[0], turn.state.history, turn.state.scene
+    yielded = asked is not None and asked.ego.yield_draw is not None  # who yields in a standoff makes no progress
+    if yielded or not history.may_be_useless(plan):
         return
     turn.state = replace(
         turn.state, history=history.useless(plan).with_attempt(plan, AttemptOutcome.INEFFECTIVE, turn.stack_s)

@@ -19,7 +19,7 @@ STANDS_MPS = 0.5
 """Speed up to which the other vehicle counts as standing (m/s)."""
 AHEAD_M, ASIDE_M = 60.0, 6.0
 """The other vehicle is within this distance ahead and aside (m): beyond an obstacle on each side, in the next lane."""
-LEAST_S = 0.1
+LEAST_S = 0.5
 """Shortest time until the next query (s)."""
 BACKS_OFF = (WaitReason.YIELD, WaitReason.UNKNOWN_STOPPED)
 """Waits that a standoff can prolong for ever."""
