@@ -52,6 +52,11 @@ def test_held_vehicle_asks_for_assistance_within_15_s(name, reports):
     assert not any("far" in e.text for e in seen.events if e.kind in (EventKind.ASKED, EventKind.STOPPED))
 
 
+def test_vehicle_waiting_behind_does_not_hide_an_immovable_one():
+    seen = drive(Held(straight_road(), [thing("follower", 42.0)], reports=True), 20.0)
+    assert calls(seen)[0].time_s <= 15.0
+
+
 def test_held_vehicle_tells_passenger_and_keeps_calling_once():
     seen = drive(Held(straight_road(), list(FAR)), 60.0, ladder=ladder(rungs={"model": None, "passenger": None}))
     told = [e for e in seen.events if e.kind is EventKind.WAITING and e.notice.to == "passenger"]

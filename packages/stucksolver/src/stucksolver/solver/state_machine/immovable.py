@@ -14,8 +14,8 @@ from stucksolver.solver.notices import IMMOVABLE, IN_VAIN_S
 from stucksolver.solver.state_machine.human_in_the_loop import call_for_help
 from stucksolver.solver.state_machine.pending_transition import PendingTransition
 
-IN_VAIN_MPS = 0.2
-"""Speed below which commanded motion has no effect (m/s). Ours."""
+IN_VAIN_MPS = 0.3
+"""Speed below which commanded motion has no effect (m/s). Ours: wheels that spin may let the vehicle creep."""
 COMMANDED_MPS = 0.5
 """Least speed on a path that commands motion (m/s). Ours."""
 LEADS_ON_M = 1.0
@@ -35,11 +35,16 @@ def watch(turn: PendingTransition, directive: Directive) -> None:
         return
     still = status.speed_mps < IN_VAIN_MPS and not status.pushes
     commanded = still and (_leads_on(turn, directive) if status.drives is None else status.drives)
-    since_s = None if not commanded else turn.now_s if standstill.in_vain_s is None else standstill.in_vain_s
-    if since_s != standstill.in_vain_s:
-        turn.state = replace(turn.state, standstill=replace(standstill, in_vain_s=since_s))
-    if since_s is not None and turn.now_s - since_s >= IN_VAIN_S and _is_free(turn.view):
+    backwards = isinstance(directive, Execute) and directive.reverse
+    since_s = standstill.in_vain_s if backwards is standstill.in_vain_backwards else None
+    since_s = None if not commanded else turn.now_s if since_s is None else since_s
+    in_vain = since_s is not None and turn.now_s - since_s >= IN_VAIN_S
+    if in_vain and _is_free(turn.view, backwards=backwards):
         _report(turn)
+        return
+    after = replace(standstill, in_vain_s=turn.now_s if in_vain else since_s, in_vain_backwards=backwards)
+    if after != standstill:
+        turn.state = replace(turn.state, standstill=after)
 
 
 def _report(turn: PendingTransition) -> None:
@@ -64,8 +69,8 @@ def _leads_on(turn: PendingTransition, directive: Directive) -> bool:
     return max(p.speed_mps for p in ahead) >= COMMANDED_MPS and bool(away[-1] > LEADS_ON_M)
 
 
-def _is_free(view: FrenetScene | None) -> bool:
-    """True if no object is close to the body, or near in the path, ahead or behind. False if nothing is known."""
+def _is_free(view: FrenetScene | None, *, backwards: bool) -> bool:
+    """True if no object is close to the body, or near in the path. False if nothing is known."""
     if view is None:
         return False
     ego = view.ego
@@ -76,5 +81,6 @@ def _is_free(view: FrenetScene | None) -> bool:
         (view.places[:, 0], view.places[:, 1], yaw),
         (view.half_length, view.half_width),
     )
-    along = np.abs(view.s - view.ego_s) - view.along - ego.length_m / 2
-    return not bool(((gaps < BESIDE_M) | (view.in_corridor(ego.width_m / 2) & (along < AHEAD_M))).any())
+    along = (view.ego_s - view.s if backwards else view.s - view.ego_s) - view.along - ego.length_m / 2
+    near = view.in_corridor(ego.width_m / 2) & (along > -ego.length_m) & (along < AHEAD_M)
+    return not bool(((gaps < BESIDE_M) | near).any())

@@ -18,7 +18,7 @@ from stucksolver.solver.state_machine.state import Executing, MinimalRisk, Stand
 STANDS_MPS = 0.5
 """A slower vehicle begins a standstill (m/s). Ours: below the slowest walking pace."""
 MOVED_ON_M = 2.0
-"""New progress that ends a standstill (m). Ours: less than a vehicle in a queue moves up."""
+"""New progress that ends a standstill, once the vehicle is faster than that (m). Ours: less than a queue moves up."""
 LIGHT_M = 60.0
 """Within this distance a red light explains a wait in a queue (m). Ours: eight vehicles."""
 PEOPLE: tuple[Person, ...] = ("passenger", "operator")
@@ -27,14 +27,15 @@ PEOPLE: tuple[Person, ...] = ("passenger", "operator")
 def follow(turn: PendingTransition) -> None:
     """Begin, continue or end the standstill. New progress ends it; driving back and forth does not."""
     standstill, status = turn.state.standstill, turn.status
-    ended = standstill is not None and status.progress_m - standstill.from_m >= MOVED_ON_M
+    moves = status.speed_mps >= STANDS_MPS
+    ended = standstill is not None and moves and status.progress_m - standstill.from_m >= MOVED_ON_M
     if standstill is not None and (ended or status.at_destination):
         turn.state = replace(turn.state, standstill=None)
         for notice, _ in standstill.told:
             turn.tell(EventKind.WAITING_ENDED, "the vehicle moves on", notice=notice)
-    if turn.state.standstill is None and status.speed_mps < STANDS_MPS and not status.at_destination:
+    if turn.state.standstill is None and not moves and not status.at_destination:
         slow_s, dwell_s = turn.inputs.slow_since_s, turn.setup.detector.dwell_s
-        since_s = turn.now_s if slow_s is None or ended else max(slow_s, turn.now_s - dwell_s)
+        since_s = turn.now_s if slow_s is None else max(slow_s, turn.now_s - dwell_s)
         turn.state = replace(turn.state, standstill=Standstill(since_s, status.progress_m))
 
 

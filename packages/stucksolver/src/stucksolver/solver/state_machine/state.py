@@ -190,6 +190,7 @@ class Standstill:
         reason: What keeps the vehicle from going on; None until it is known.
         told: The notices to people, the last one for each, with their times (s, the solver's own).
         in_vain_s: Since when motion has been commanded without an effect (s); None if it is not.
+        in_vain_backwards: True if that motion is backwards.
         immovable: True if the vehicle does not move although it drives.
     """
 
@@ -198,6 +199,7 @@ class Standstill:
     reason: StandstillReason | None = None
     told: tuple[tuple[Notice, float], ...] = ()
     in_vain_s: float | None = None
+    in_vain_backwards: bool = False
     immovable: bool = False
 
 
