@@ -9,7 +9,7 @@ from stucksolver.scene import ObjectKind
 from stucksolver.solver import EventKind
 from stucksolver.solver.state_machine.blockers import REMEMBERED_M, Blocker
 from test_between_steps import Refuses, Stubborn
-from worlds import World, drive, straight_road, stubborn, thing
+from worlds import World, drive, ladder, straight_road, stubborn, thing
 
 pytestmark = pytest.mark.integration
 STANDS_S, MOVES_M, MOVES_MPS = 15.0, 12.0, 3.0
@@ -45,6 +45,21 @@ def test_queue_progress_does_not_forget_failed_plans():
     assert seen.kinds().count(EventKind.STARTED) <= 2
     assert EventKind.RECOVERED not in seen.kinds()
     assert EventKind.QUEUE_MOVED in seen.kinds()
+
+
+def test_ladder_is_not_climbed_behind_vehicle_that_moves_on():
+    """Nobody is called for a vehicle that moves on every 20 s."""
+    two = ladder(rungs={"model": None, "passenger": None, "rules": {"tries": 10, "repair_rounds": 0}})
+    seen, _ = behind_truck(200.0, Collects(), ladder=two)
+    assert not {EventKind.ESCALATED, EventKind.ASKED, EventKind.STOPPED} & set(seen.kinds())
+
+
+def test_ladder_is_climbed_once_vehicle_has_stopped_for_good():
+    two = ladder(rungs={"model": None, "passenger": None, "rules": {"tries": 10, "repair_rounds": 0}})
+    seen, _ = behind_truck(190.0, lambda w: Collects()(w) if w.time_s < 85.0 else None, ladder=two)
+    asked = [e for e in seen.events if e.kind is EventKind.ASKED]
+    assert asked and asked[0].time_s < 85.0 + 60.0 + 40.0
+    assert "repeated" not in asked[0].text
 
 
 def test_progress_after_blocker_turned_off_is_a_recovery():

@@ -53,7 +53,7 @@ def blockage_text(turn: PendingTransition) -> str:
     if standstill is not None and standstill.reason is not None and standstill.reason.reject is not None:
         parts.append(f"the last plan failed: {standstill.reason.text}")
     elif attempts:
-        parts.append(f"the last plan failed: {attempts[-1].outcome}")
+        parts.append(f"the last plan failed: {turn.state.history.last_reason() or attempts[-1].outcome}")
     return "; ".join(parts) or "nothing helps, and nothing is seen in the way"
 
 

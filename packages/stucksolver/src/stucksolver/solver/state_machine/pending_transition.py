@@ -27,6 +27,10 @@ waiting is right.
 """
 
 
+GAINED_M = 5.0
+"""Progress behind a blocker from which it counts as one that moves on (m): more than the ego creeps up to it. Ours."""
+
+
 class PendingTransition:
     """Starts from a state and the inputs of one tick; the functions of this package change it step by step."""
 
@@ -202,13 +206,27 @@ class PendingTransition:
     # ---- the ladder
 
     def failed(self, *, counts: bool = True) -> None:
-        """The last reasoner or person did not help: pause, and count the try if it counts."""
+        """The last reasoner or person did not help: pause, and count the try if it counts.
+
+        Behind a blocker that moves on now and then, as in a queue, no try counts.
+        """
+        counts = counts and not self._is_moving_up
         if self.state.words is not None:
             self.state = replace(
                 self.state, guidance_escalation=self.state.guidance_escalation.note_failure(self.now_s, counts=False)
             )
         else:
             self.state = replace(self.state, escalation=self.state.escalation.note_failure(self.now_s, counts=counts))
+
+    @property
+    def _is_moving_up(self) -> bool:
+        """True if the blocker has moved on before, and the present standstill is no longer than in a queue."""
+        standstill, under_way = self.state.standstill, self.state.intervention
+        behind = None if under_way is None else under_way.blocker
+        gained_m = 0.0 if behind is None else self.status.progress_m - behind.from_m
+        moves = self.state.history.blocker is not None or gained_m > GAINED_M
+        moved_s = self.setup.ladder.waits.queue_moved_within_s
+        return moves and standstill is not None and self.now_s - standstill.since_s < moved_s
 
     def may_repair(self) -> bool:
         """Take one of the rounds in which the reasoner is told why its plan was refused. False if none is left."""
