@@ -17,6 +17,7 @@ from stucksolver.plan import Decision, RecoveryPlan, WaitReason
 from stucksolver.reasoners import ReasonerAnswer, ReasonerTrace
 from stucksolver.scene import Claim, FailedAttempt, Guidance, Scene, Status, Surroundings
 from stucksolver.solver.events import Event, PlanReview, StepOutput
+from stucksolver.solver.notices import StandstillReason
 from stucksolver.solver.query import NoAnswer
 from stucksolver.solver.questions import PersonReply, Question
 from stucksolver.solver.state_machine.blockers import Blocker
@@ -147,6 +148,7 @@ def _history(history: AttemptHistory) -> Data:
         "attempts": [attempt.model_dump(mode="json") for attempt in history.attempts],
         "barred": [[key, why] for key, why in history.barred.items()],
         "halves": [plan.model_dump(mode="json") for plan in history.halves],
+        "reason": None if history.reason is None else history.reason.model_dump(mode="json"),
         "blocker": None if history.blocker is None else BLOCKER.dump_python(history.blocker, mode="json"),
     }
 
@@ -160,6 +162,7 @@ def _history_of(first: AttemptHistory, data: Data | None) -> AttemptHistory:
         attempts=tuple(FailedAttempt.model_validate(attempt) for attempt in data["attempts"]),
         barred=MappingProxyType(barred),
         halves=tuple(RecoveryPlan.model_validate(plan) for plan in data["halves"]),
+        reason=None if data["reason"] is None else StandstillReason.model_validate(data["reason"]),
         blocker=None if data["blocker"] is None else BLOCKER.validate_python(data["blocker"]),
     )
 

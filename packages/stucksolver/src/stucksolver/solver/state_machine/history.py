@@ -12,7 +12,7 @@ from stucksolver.plan.behaviors import Behavior
 from stucksolver.plan.behaviors.behavior import CREEP_MPS
 from stucksolver.scene import AttemptOutcome, FailedAttempt, Scene
 from stucksolver.scene.frenet_scene import FrenetScene
-from stucksolver.solver.notices import binding_reject
+from stucksolver.solver.notices import StandstillReason, binding_reject, verdict_reason
 from stucksolver.solver.state_machine.blockers import Blocker
 
 UNSEEN = frozenset({RejectCode.TIMEOUT, RejectCode.DEVIATION})
@@ -81,6 +81,8 @@ class AttemptHistory:
     attempts: tuple[FailedAttempt, ...] = ()
     halves: tuple[RecoveryPlan, ...] = ()
     """Plans that ended because a later step was refused."""
+    reason: StandstillReason | None = None
+    """The reason of the last attempt that was no mere repetition of an earlier one."""
     blocker: Blocker | None = None
     """The object that all of this is about; set if the intervention ended only because that object moved on."""
 
@@ -108,11 +110,11 @@ class AttemptHistory:
         )
         # A repetition says nothing new, and must not push out the attempts that have the reasons.
         kept = (a for a in self.attempts if a.codes != ONLY_REPEATED or a.behaviors != attempt.behaviors)
-        return replace(self, attempts=(*kept, attempt)[-self.remembered :] if self.remembered else ())
-
-    def last_reason(self) -> str | None:
-        """The reason of the last attempt that was no mere repetition of an earlier one; None without one."""
-        return next((a.outcome for a in reversed(self.attempts) if a.codes != ONLY_REPEATED), None)
+        attempts = (*kept, attempt)[-self.remembered :] if self.remembered else ()
+        reason = verdict_reason(verdict, None)
+        if reason is None and verdict.accepted:
+            reason = StandstillReason(text=attempt.outcome)
+        return replace(self, attempts=attempts, reason=reason or self.reason)
 
     def about(self, scene: Scene, progress_m: float, within_m: float) -> AttemptHistory:
         """Return the history for a new intervention: kept only if the same object still blocks the path.

@@ -40,7 +40,7 @@ def blockage_text(turn: PendingTransition) -> str:
     If nothing new has been seen for long, it says this, with the sensors' fault, instead of what was seen before.
     """
     scene, attempts, fault = turn.state.scene, turn.state.history.attempts, turn.state.senses_fault
-    standstill = turn.state.standstill
+    standstill, reason = turn.state.standstill, turn.state.history.reason
     parts = []
     ahead = scene.in_path_ahead(AHEAD_M) if scene else ()  # an object further away holds nobody up
     if turn.is_blind:
@@ -53,7 +53,7 @@ def blockage_text(turn: PendingTransition) -> str:
     if standstill is not None and standstill.reason is not None and standstill.reason.reject is not None:
         parts.append(f"the last plan failed: {standstill.reason.text}")
     elif attempts:
-        parts.append(f"the last plan failed: {turn.state.history.last_reason() or attempts[-1].outcome}")
+        parts.append(f"the last plan failed: {attempts[-1].outcome if reason is None else reason.text}")
     return "; ".join(parts) or "nothing helps, and nothing is seen in the way"
 
 

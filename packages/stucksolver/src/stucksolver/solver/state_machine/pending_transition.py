@@ -200,8 +200,7 @@ class PendingTransition:
     def note_verdict(self, verdict: Verdict) -> None:
         """Note the binding constraint of a verdict as this reason; for a repeated plan, what was wrong before."""
         found = verdict_reason(verdict, self.view)
-        before = None if verdict.accepted or found is not None else self.state.history.last_reason()
-        self.note_reason(found if before is None else StandstillReason(text=before))
+        self.note_reason(found if found is not None or verdict.accepted else self.state.history.reason)
 
     # ---- the ladder
 

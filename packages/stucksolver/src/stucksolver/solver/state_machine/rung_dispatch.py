@@ -242,9 +242,9 @@ def _note_reason(turn: PendingTransition, answer: ReasonerAnswer, *, legitimate:
     if legitimate:
         turn.note_reason(StandstillReason(text=analysis.reason, wait=analysis.wait))
     elif standstill is not None and (standstill.reason is None or standstill.reason.reject is None):
-        attempts, before = turn.state.history.attempts, turn.state.history.last_reason()
-        if before is not None and turn.stack_s - attempts[-1].time_s <= turn.now_s - standstill.since_s:
-            turn.note_reason(StandstillReason(text=before))
+        attempts, before = turn.state.history.attempts, turn.state.history.reason
+        if before is not None and attempts and turn.stack_s - attempts[-1].time_s <= turn.now_s - standstill.since_s:
+            turn.note_reason(before)
             return
         cause = analysis.cause or CauseCode.UNKNOWN
         turn.note_reason(StandstillReason(text=analysis.reason or answer.decision.rationale, cause=cause))
