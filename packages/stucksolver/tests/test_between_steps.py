@@ -108,5 +108,5 @@ def test_plan_that_found_no_gap_is_not_begun_again_with_its_back_up():
 def test_just_stopped_vehicle_counts_as_traffic():
     """An oncoming car that has just stopped may drive on at any moment."""
     car = thing("car", 85.0, LANE_M, yaw=3.14, stationary_s=0.0)
-    seen, backed_s = driven([car], 9.0, guard=Refuses("car"))
+    seen, _ = driven([car], 9.0, guard=Refuses("car"))
     assert EventKind.ABORTED not in seen.kinds()

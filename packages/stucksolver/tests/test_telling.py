@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import pytest
 
 from stucksolver.plan import WaitReason
@@ -64,7 +66,7 @@ def test_notice_is_not_repeated_for_same_reason(make):
     seen = drive(world, 60.0, **{"ladder": stubborn(), **more})
     for to in ("passenger", "operator"):
         keys = [notice.reason.key for _, notice in told(seen, to)]
-        assert all(a != b for a, b in zip(keys, keys[1:], strict=False))
+        assert all(a != b for a, b in itertools.pairwise(keys))
         assert len(keys) <= 4
 
 

@@ -15,9 +15,7 @@ pytest.importorskip("onnxruntime")
 
 
 def before_people():
-    people = [
-        thing(f"p{k}", 60.0, -3.0 - 1.2 * k, kind=ObjectKind.PEDESTRIAN, sideways=0.6) for k in range(60)
-    ]
+    people = [thing(f"p{k}", 60.0, -3.0 - 1.2 * k, kind=ObjectKind.PEDESTRIAN, sideways=0.6) for k in range(60)]
     return Sitting(World(straight_road(oncoming=None), people, cruise_mps=0.0))
 
 

@@ -198,8 +198,11 @@ class Board:
                 waiting_s=round(now_s - vehicle.noticed[1], 1),
             )
             for vehicle in self._vehicles.values()
-            if vehicle.noticed is not None and vehicle.asked is None and vehicle.write is not None
-            and (now := vehicle.now) is not None and now.notice is not None
+            if vehicle.noticed is not None
+            and vehicle.asked is None
+            and vehicle.write is not None
+            and (now := vehicle.now) is not None
+            and now.notice is not None
         ]
         return sorted(calls, key=lambda call: -call.waiting_s)
 

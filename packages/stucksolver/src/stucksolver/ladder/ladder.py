@@ -74,7 +74,7 @@ class StandoffSettings(FrozenModel):
     """How a standoff ends in which two vehicles wait for each other."""
 
     after_s: float = Field(default=8.0, gt=0, le=600)
-    """Time after which facing vehicles that both stand are in a standoff (s); each further period has a new draw. Ours."""
+    """Time after which stopped vehicles that face each other are in a standoff (s); each period has its draw. Ours."""
     back_off_s: float = Field(default=4.0, ge=0, le=60)
     """Longest drawn time until the next query in a standoff (s); 0 for none. Ours."""
 

@@ -47,7 +47,7 @@ class EventKind(str, Enum):
     WAITING_ENDED = "waiting_ended"
     """Such a notice is withdrawn, because the vehicle has moved on."""
     QUEUE_MOVED = "queue_moved"
-    """Enough progress for a recovery, but the blocker is still ahead: it has only moved on, and the ego has followed."""
+    """Enough progress for a recovery, but the blocker is still ahead: the ego has only followed it."""
     HELD = "held"
     """After a hand-back, the driver was stopped just before a contact."""
     STOPPED = "stopped"

@@ -18,7 +18,7 @@ LATER = frozenset(
 
 
 class StandstillReason(FrozenModel):
-    """What keeps a stopped vehicle from going on: a legitimate wait, the binding constraint of a verdict, or a cause."""
+    """What keeps a stopped vehicle from going on: a legitimate wait, a verdict's binding constraint, or a cause."""
 
     text: str
     wait: WaitReason | None = None

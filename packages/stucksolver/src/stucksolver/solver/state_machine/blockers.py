@@ -8,8 +8,8 @@ from stucksolver.scene import ObjectKind, Scene
 from stucksolver.scene.frenet_scene import FrenetScene
 
 REMEMBERED_M = 200.0
-"""Progress after which failed plans are forgotten although the blocker is still ahead (m). Ours: the road is another one
-there, and so is the sight.
+"""Progress after which failed plans are forgotten although the blocker is still ahead (m). Ours: the road and the sight
+are different there.
 """
 
 

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from stucksolver.guard import RejectCode, Verdict
 from stucksolver.guard.lane_entry import GivingWay
 from stucksolver.scene.frenet_scene import FrenetScene
-from stucksolver.scene.objects import STATIC_KINDS
 from stucksolver.scene.surroundings import EgoState
 from stucksolver.solver.state_machine.history import moving, waits_for_nothing
 
@@ -20,10 +19,6 @@ STAYS_WAIT_S = 3.0
 """A plan that waits for stationary objects only is given up after this time (s): they do not let it by. Ours: a person
 who has just stopped mostly walks on within this time.
 """
-STILL_S = 1.5
-"""A plan between two steps waits this long for an object that will not move (s): perception may err for a moment. Ours."""
-PARKED_S = 10.0
-"""A vehicle that has been stationary this long counts as one that stays (s), as `WaitLimits.unknown_vehicle_s`."""
 SIGHT_COMES_S = 3.0
 """From a new place, or past a car that has gone by, the camera counts with three looks, half a second apart; and the
 track of who has gone by must have ended (s).
@@ -64,25 +59,6 @@ class GapWait:
         if ego.position_sd_m is not None:
             return now_s - self.since_s > SENSED_WAIT_S
         return self.in_vain_s is not None and now_s - self.in_vain_s > STAYS_WAIT_S
-
-
-def names_stationary(verdict: Verdict, view: FrenetScene) -> bool:
-    """True if a verdict rejects a step for the traffic in a lane, but the object is not traffic: it stays there."""
-    for reason in verdict.rejects:
-        index = None if reason.object_id is None else view.index_of(reason.object_id)
-        if index is None or reason.code not in (RejectCode.ONCOMING_GAP, RejectCode.LANE_ENTRY):
-            continue
-        obj = view.objects[index]
-        if not view.moving[index] and (obj.kind in STATIC_KINDS or (obj.stationary_s or 0.0) >= PARKED_S):
-            return True
-    return False
-
-
-def stays(still_s: float | None, ego: EgoState, now_s: float) -> bool:
-    """True if a stationary object has prevented a step since `still_s` (s) for too long to be an error of perception."""
-    if still_s is None:
-        return False
-    return now_s - still_s >= (STILL_S if ego.position_sd_m is None else SENSED_WAIT_S)
 
 
 def sight_may_improve(verdict: Verdict, ego: EgoState, waited_s: float) -> bool:

@@ -149,11 +149,7 @@ def still_calls(turn: PendingTransition) -> bool:
     calls = question is not None and question.kind is QuestionKind.ASSISTANCE
     standstill = turn.state.standstill
     stands = (under_way is not None and under_way.stop_is_spent) or (standstill is not None and standstill.immovable)
-    return (
-        calls
-        and stands
-        and abs(turn.status.speed_mps) < turn.setup.detector.v_min_mps
-    )
+    return calls and stands and abs(turn.status.speed_mps) < turn.setup.detector.v_min_mps
 
 
 def resumes(turn: PendingTransition) -> Resume | None:

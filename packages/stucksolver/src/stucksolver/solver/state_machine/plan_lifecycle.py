@@ -15,7 +15,7 @@ from stucksolver.solver.state_machine import hand_back
 from stucksolver.solver.state_machine.admission import Admission, admit, union
 from stucksolver.solver.state_machine.claims import as_guard_input
 from stucksolver.solver.state_machine.execution import Execution
-from stucksolver.solver.state_machine.execution_steps import ExecutionOutcome, Step
+from stucksolver.solver.state_machine.execution_steps import ExecutionOutcome, NextStep, Step
 from stucksolver.solver.state_machine.gap_wait import STOPPED_MPS
 from stucksolver.solver.state_machine.guidance import end_words
 from stucksolver.solver.state_machine.history import passes, signature
@@ -242,11 +242,11 @@ def _given_up(turn: PendingTransition, running: Executing, result: ExecutionOutc
     text = f"aborted: {result.text}"
     history = turn.state.history
     history = history.with_attempt(plan, AttemptOutcome.ABORTED, turn.stack_s, text=text, verdict=result.verdict)
-    timed_out = execution.next_timed_out
-    history = history.half_done(plan, for_traffic=timed_out) if execution.next_was_refused or timed_out else history
+    if result.next_step is not None:
+        history = history.half_done(plan, for_traffic=result.next_step is NextStep.TIMED_OUT)
     turn.state = replace(turn.state, history=history.aborted(plan, last))
     turn.note_verdict(result.verdict)
-    passing = passes(last, frozenset()) and not execution.next_was_refused
+    passing = passes(last, frozenset()) and result.next_step is not NextStep.REFUSED
     turn.failed(counts=not passing)
     hardly_begun = turn.status.progress_m - running.begun_m < HARDLY_BEGUN_M and not execution.step_done
     if passing and hardly_begun and running.answer is not None and not running.withdrawn:

@@ -12,9 +12,9 @@ from stucksolver.plan import CauseCode, Directive
 from stucksolver.reasoners import ReasonerAnswer
 from stucksolver.scene import AttemptOutcome
 from stucksolver.solver.events import EventKind
+from stucksolver.solver.notices import StandstillReason
 from stucksolver.solver.query import NoAnswer, Query
 from stucksolver.solver.questions import PersonReply, QuestionKind
-from stucksolver.solver.notices import StandstillReason
 from stucksolver.solver.state_machine import claims, hand_back, human_in_the_loop, plan_lifecycle, standoff
 from stucksolver.solver.state_machine.history import GOT_ON_M, TEXTS
 from stucksolver.solver.state_machine.human_in_the_loop import blockage_text
