@@ -67,6 +67,15 @@ def test_backing_up_is_no_new_progress(stage):
     assert stack.status().progress_m == pytest.approx(before, abs=1.5)
 
 
+def test_status_says_whether_the_driver_drives(stage):
+    """Set off on a free street, and stopped at its end."""
+    car, stack = stage.ego(STREET, (11, -1, 110.0))
+    assert stack.status().drives is None
+    told = stage.drive(car, stack, 18.0)
+    assert told[10].drives
+    assert not told[-1].drives
+
+
 def test_surroundings_are_in_a_right_handed_local_frame(stage):
     car, stack = stage.ego(STREET, STREET_END)
     ahead, oncoming = stage.add(CAR, (11, -1, 75.0)), stage.add("vehicle.audi.a2", (11, 1, 95.0))

@@ -68,6 +68,13 @@ class OpenQuestion(FrozenModel):
     """Names of behaviors or rules that a yes approves, as in the ladder's approvals."""
 
 
+class OpenNotice(FrozenModel):
+    """A notice to the operator: why the vehicle stands still. It asks nothing."""
+
+    id: str
+    text: str
+
+
 class VehicleReport(FrozenModel):
     """Everything about a vehicle that a page displays as text."""
 
@@ -80,6 +87,7 @@ class VehicleReport(FrozenModel):
     intention: str
     """Next action of the car."""
     question: OpenQuestion | None = None
+    notice: OpenNotice | None = None
     answers: tuple[QuickReply, ...] = ()
     lines: tuple[ConversationLine, ...] = ()
     """Last lines of the conversation, the newest last."""
@@ -120,12 +128,12 @@ class CommandResult(FrozenModel):
 
 
 class OperatorCall(FrozenModel):
-    """An entry of the operator's queue: a vehicle's question, or a passenger's call for help."""
+    """An entry of the operator's queue: a question or notice of a vehicle, or a passenger's call for help."""
 
     id: str
     vehicle: str
     name: str
-    kind: Literal["question", "help"]
+    kind: Literal["question", "help", "notice"]
     text: str
     waiting_s: float
     """Waiting time on the server's clock (s)."""

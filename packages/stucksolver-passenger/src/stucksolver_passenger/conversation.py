@@ -24,7 +24,7 @@ from stucksolver_passenger.sentences.acknowledgements import (
 )
 from stucksolver_passenger.sentences.plans import present_phrase
 from stucksolver_passenger.sentences.questions import question_text
-from stucksolver_passenger.sentences.reasons import blocked_by, waiting
+from stucksolver_passenger.sentences.reasons import blocked_by, standstill_sentence, waiting
 from stucksolver_passenger.sentences.rejections import abort_sentence, rejection_sentence
 
 
@@ -197,6 +197,12 @@ class Conversation:
         moving = [behavior for behavior in activity.execution.plan.behaviors if not behavior.stands_still]
         return present_phrase(moving[0]) if moving else None
 
+    def _waits(self, event: Event) -> str | None:
+        notice = event.notice
+        if notice is None or notice.to != "passenger":
+            return None
+        return standstill_sentence(notice.reason, event.scene)
+
     def _finished(self, event: Event) -> str:
         return "Done. I drive on."
 
@@ -253,6 +259,7 @@ _HANDLERS: dict[EventKind, Handler] = {
     EventKind.ASKED: Conversation._asked,
     EventKind.ANSWERED: Conversation._answered,
     EventKind.STARTED: Conversation._started,
+    EventKind.WAITING: Conversation._waits,
     EventKind.FINISHED: Conversation._finished,
     EventKind.ABORTED: Conversation._aborted,
     EventKind.CANCELLED: Conversation._cancelled,
@@ -264,6 +271,14 @@ _HANDLERS: dict[EventKind, Handler] = {
     EventKind.FAULT: _always("Something in me does not work as it should. I am taking extra care."),
 }
 SILENT = frozenset(
-    {EventKind.TRIGGERED, EventKind.FAILED, EventKind.ESCALATED, EventKind.CLOSED, EventKind.PERCEPTION_DISPUTED}
+    {
+        EventKind.TRIGGERED,
+        EventKind.FAILED,
+        EventKind.ESCALATED,
+        EventKind.CLOSED,
+        EventKind.PERCEPTION_DISPUTED,
+        EventKind.WAITING_ENDED,
+        EventKind.QUEUE_MOVED,
+    }
 )
 """Events internal to the solver. Their consequences have lines of their own."""

@@ -11,7 +11,7 @@ from stucksolver.solver import Event, QuestionKind
 from stucksolver.solver.state_machine.state import AwaitingApproval, AwaitingGap, Executing, State, StateName
 from stucksolver_passenger.sentences.nouns import nouns
 from stucksolver_passenger.sentences.plans import future_phrase, present_phrase
-from stucksolver_passenger.sentences.reasons import blocked_by, waiting
+from stucksolver_passenger.sentences.reasons import IMMOVABLE, blocked_by, waiting
 from stucksolver_passenger.sentences.rejections import rejection_sentence
 
 FRESH_S = 4.0
@@ -54,6 +54,8 @@ def mind(state: State, status: Status, decided: Event | None, scene: Scene | Non
         scene: The newest scene, if any.
     """
     activity = state.activity
+    if state.standstill is not None and state.standstill.immovable:
+        return StatusSummary(IMMOVABLE, "I have told the operator.")
     if isinstance(activity, Executing):
         return _executing(activity)
     if state.posture.name is not StateName.DRIVING:

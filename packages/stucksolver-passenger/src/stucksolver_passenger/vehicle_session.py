@@ -11,10 +11,12 @@ from collections.abc import Callable
 from stucksolver.scene import GuidanceIntent, Scene, Status
 from stucksolver.scene.plausibility import status_implausibility
 from stucksolver.solver import Question, QuestionError, StuckSolver
+from stucksolver.solver.state_machine.state import Standstill
 from stucksolver.word_safeguards.restraint import alarm
 from stucksolver_passenger.api_types import (
     CommandKind,
     CommandResult,
+    OpenNotice,
     OpenQuestion,
     PersonCommand,
     Speaker,
@@ -23,6 +25,7 @@ from stucksolver_passenger.api_types import (
 from stucksolver_passenger.conversation import Conversation, implies_approval
 from stucksolver_passenger.quick_replies import STOP_WORDS, ready_answers
 from stucksolver_passenger.sentences.questions import question_text
+from stucksolver_passenger.sentences.reasons import standstill_sentence
 from stucksolver_passenger.side_texts import report_with_sides_swapped
 from stucksolver_passenger.status_summary import OVER, StatusSummary, mind
 
@@ -129,6 +132,7 @@ class VehicleSession:
             thought=thinks.thought,
             intention=thinks.intention,
             question=None if question is None else _shown(question),
+            notice=None if self._ended else _notice(state.standstill, scene),
             answers=() if self._ended else ready_answers(state, question, scene),
             lines=self._conversation.lines(SHOWN_LINES),
             ended=self._ended,
@@ -288,6 +292,13 @@ class VehicleSessions:
 
 def _speaker(command: PersonCommand) -> Speaker:
     return Speaker.OPERATOR if command.by == "operator" else Speaker.PASSENGER
+
+
+def _notice(standstill: Standstill | None, scene: Scene | None) -> OpenNotice | None:
+    """Return the notice to the operator, if there is one."""
+    told = () if standstill is None else standstill.told
+    notice = next((item for item, _ in told if item.to == "operator"), None)
+    return None if notice is None else OpenNotice(id=notice.id, text=standstill_sentence(notice.reason, scene))
 
 
 def _shown(question: Question) -> OpenQuestion:

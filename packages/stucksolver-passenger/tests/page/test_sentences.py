@@ -11,7 +11,8 @@ from stucksolver.plan import CauseCode, WaitReason
 from stucksolver.plan.behaviors import REGISTRY, BorrowOncomingLane, ChangeLane
 from stucksolver.plan.decision import RecoveryPlan
 from stucksolver.scene import Claim, GuidanceIntent, Interpretation, ObjectKind, PlanFailure, RejectCode
-from stucksolver.solver import EventKind, Question, QuestionKind
+from stucksolver.solver import EventKind, Question, QuestionKind, StandstillReason
+from stucksolver.solver.notices import IMMOVABLE, NOT_KNOWN
 from stucksolver.solver.state_machine.state import StateName
 from stucksolver_passenger.conversation import _HANDLERS, SILENT
 from stucksolver_passenger.sentences import (
@@ -22,6 +23,7 @@ from stucksolver_passenger.sentences import (
     nouns,
     question_text,
     rejection_sentence,
+    standstill_sentence,
     waiting,
 )
 from stucksolver_passenger.sentences.acknowledgements import CLAIMS, INTENTS
@@ -88,6 +90,14 @@ def sentences():
     for reason in WaitReason:
         yield from waiting(reason, scene)
     yield from (blocked_by(cause, scene) for cause in CauseCode)
+    for wait in WaitReason:
+        yield standstill_sentence(StandstillReason(text="x_y", wait=wait), scene)
+    for cause in CauseCode:
+        yield standstill_sentence(StandstillReason(text="x_y", cause=cause), scene)
+    for reject in RejectCode:
+        found = RejectReason(code=reject, detail="x_y", object_id="7")
+        yield standstill_sentence(StandstillReason(text="x_y", reject=found), scene)
+    yield from (standstill_sentence(reason, scene) for reason in (IMMOVABLE, NOT_KNOWN))
     for intent in GuidanceIntent:
         yield acknowledged(Interpretation(intent=intent, likely=intent, confidence=1.0, reader="r"))
 
@@ -103,6 +113,18 @@ def test_rejection_sentence_names_road_user_and_next_try():
     assert rejection_sentence(verdict, scene_with(ObjectKind.TRUCK)) == (
         "I can't: a truck is coming. I will try when it has passed."
     )
+
+
+def test_standstill_sentence_says_how_much_sight_is_missing():
+    reject = RejectReason(code=RejectCode.ONCOMING_SIGHT, detail="", needed_m=151.8, seen_m=24.0)
+    assert standstill_sentence(StandstillReason(text="", reject=reject), None) == (
+        "I cannot go on: I cannot see far enough ahead to use the other lane, 128 m are missing. "
+        "I will look again in a moment."
+    )
+
+
+def test_wait_at_gate_is_not_told_as_red_light():
+    assert waiting(WaitReason.LIGHT, scene_with(ObjectKind.CROSSING_GATE))[0] == "I am waiting at a closed gate."
 
 
 def test_who_is_not_in_the_scene_is_somebody():

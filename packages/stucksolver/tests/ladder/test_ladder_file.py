@@ -67,14 +67,14 @@ BAD = {
     "a wait that does not exist": ("light           =", "ligth           =", "waits, reasons, ligth"),
     "a wait of no time": ("longest_s = 300.0", "longest_s = -1.0", "queue, longest_s: .*greater than 0"),
     "an unknown version": ("version = 1", "version = 2", "version: .*should be 1"),
-    "a table that is no table": ("[words]", "[words", "invalid TOML"),
+    "a table that is no table": ("[asking]", "[asking", "invalid TOML"),
     "a person who does not exist": ('solid_line = "passenger"', 'solid_line = "dog"', "approval, solid_line"),
     "an unknown behaviour": (
         "[approval.behaviors]",
         '[approval.behaviors]\nfly = "operator"',
         "unknown behavior 'fly'",
     ),
-    "an unknown table": ("[words]", "[wrods]", "wrods: unknown key; did you mean words"),
+    "an unknown table": ("[asking]", "[wrods]", "wrods: unknown key; did you mean words"),
 }
 
 

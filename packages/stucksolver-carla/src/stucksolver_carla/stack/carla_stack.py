@@ -8,6 +8,7 @@ import carla
 
 from stucksolver.plan import CONTINUE, Continue, Directive, Execute, Replan, SafeStop
 from stucksolver.plan.mirror import mirrored_directive
+from stucksolver.scene import Status
 from stucksolver_carla.drivers.behavior import DrivePoint, Driver, RouteError
 from stucksolver_carla.drivers.behavior.nearby_objects import HAZARD_LAMPS
 from stucksolver_carla.stack.active_directive import ActiveDirective
@@ -24,6 +25,8 @@ NEAR_DESTINATION_M = 100.0
 destination's own lane may be reachable only around the block. Ours."""
 DETOUR_M = 100.0
 """Additional length from which a new route counts as leading around the block (m). Ours."""
+DRIVES_THROTTLE = 0.1
+"""Throttle above which the driver drives, in [0, 1]. Ours."""
 DRIVING_MPS = 2.0
 """Speed above which the ego no longer needs its hazard lights after the hand-back (m/s). Ours."""
 
@@ -49,6 +52,11 @@ class CarlaStack(CarlaSceneSource):
         self._given: tuple[Directive, Directive] = (CONTINUE, CONTINUE)
         """The solver's last directive, and the same in the map's frame."""
         self._lights_before: carla.VehicleLightState | None = None
+        self._drives: bool | None = None
+
+    def status(self) -> Status:
+        """Return the status, with what the driver did on the last tick."""
+        return super().status().model_copy(update={"drives": self._drives})
 
     def perform(self, directive: Directive | None) -> Any:
         """Perform a directive with the driver. An invalid directive is replaced by a stop and reported once.
@@ -67,7 +75,11 @@ class CarlaStack(CarlaSceneSource):
             self._performed = self._start(due)
         if self._lights_before is not None and self._is_driving():
             self._hazard_lights(False)
-        return self._driver.run_step()
+        control = self._driver.run_step()
+        if isinstance(control, carla.VehicleControl):
+            braked = control.brake > 0.0 or control.hand_brake
+            self._drives = control.throttle > DRIVES_THROTTLE and not braked
+        return control
 
     def in_map_frame(self, directive: Directive) -> Directive:
         """Return a directive of the solver in the map's frame: the same object for the same directive."""

@@ -4,7 +4,7 @@ from stucksolver_passenger.sentences.acknowledgements import acknowledged
 from stucksolver_passenger.sentences.nouns import noun, noun_of, nouns
 from stucksolver_passenger.sentences.plans import future_phrase, present_phrase
 from stucksolver_passenger.sentences.questions import needed, question_text
-from stucksolver_passenger.sentences.reasons import blocked_by, waiting
+from stucksolver_passenger.sentences.reasons import blocked_by, standstill_sentence, waiting
 from stucksolver_passenger.sentences.rejections import rejection_sentence
 
 __all__ = [
@@ -18,5 +18,6 @@ __all__ = [
     "present_phrase",
     "question_text",
     "rejection_sentence",
+    "standstill_sentence",
     "waiting",
 ]

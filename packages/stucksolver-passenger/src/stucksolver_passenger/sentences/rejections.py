@@ -79,12 +79,21 @@ FAILURES: dict[PlanFailure, str] = {
 """Completions of "I can't: ..." if there is no path (`RejectCode.NO_PATH`)."""
 
 
-def rejection_sentence(verdict: Verdict, scene: Scene | None) -> str:
+CANNOT = "I can't"
+
+
+def rejection_sentence(verdict: Verdict, scene: Scene | None, cannot: str = CANNOT) -> str:
     """Return the reason of a rejection, and the next action: `I can't: a truck is coming.
 
     I will try when it has passed.`
 
-    The sentence contains the first of several reasons. The guard's checks start with the plainest.
+    The sentence contains the first of several reasons. The guard's checks start with the plainest. Too short a sight
+    distance is given with what is missing.
+
+    Args:
+        verdict: The verdict.
+        scene: The scene, which has the kind of the object.
+        cannot: Beginning of the sentence.
 
     Raises:
         ValueError: The verdict contains no rejection.
@@ -94,7 +103,10 @@ def rejection_sentence(verdict: Verdict, scene: Scene | None) -> str:
     first = verdict.rejects[0]
     refusal = REFUSALS[first.code]
     why = refusal.why if first.failure is None else FAILURES[first.failure]
-    return f"I can't: {why.format(who=noun_of(first.object_id, scene))}. {refusal.then}"
+    missing = ""
+    if first.needed_m is not None and first.seen_m is not None and first.needed_m - first.seen_m >= 1.0:
+        missing = f", {first.needed_m - first.seen_m:.0f} m are missing"
+    return f"{cannot}: {why.format(who=noun_of(first.object_id, scene))}{missing}. {refusal.then}"
 
 
 def abort_sentence(codes: tuple[RejectCode, ...]) -> str:

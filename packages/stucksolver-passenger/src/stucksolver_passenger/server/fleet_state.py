@@ -33,6 +33,8 @@ class Vehicle:
     shown: dict[Topic, tuple[int, str]] = field(default_factory=dict)
     asked: tuple[str, float] | None = None
     """Id of the open question to the operator, and its time."""
+    noticed: tuple[str, float] | None = None
+    """Id of the notice to the operator, and its time."""
 
     @property
     def now(self) -> VehicleReport | None:
@@ -97,6 +99,11 @@ class Board:
                 vehicle.asked = None
             elif vehicle.asked is None or vehicle.asked[0] != question.id:
                 vehicle.asked = (question.id, self._clock())
+            notice = None if now is None else now.notice
+            if notice is None:
+                vehicle.noticed = None
+            elif vehicle.noticed is None or vehicle.noticed[0] != notice.id:
+                vehicle.noticed = (notice.id, self._clock())
         changed, self._changed = self._changed, asyncio.Event()
         changed.set()
 
@@ -149,7 +156,7 @@ class Board:
         return self._help.pop(call_id, None) is not None
 
     def queue(self) -> tuple[OperatorCall, ...]:
-        """Return the entries that wait for an operator, the longest waiting first."""
+        """Return the entries that wait for an operator, the longest waiting first, and after them the notices."""
         now_s = self._clock()
         calls = [
             OperatorCall(
@@ -177,7 +184,27 @@ class Board:
                     question_id=now.question.id,
                 )
             )
-        return tuple(sorted(calls, key=lambda call: -call.waiting_s))
+        return (*sorted(calls, key=lambda call: -call.waiting_s), *self._notices(now_s))
+
+    def _notices(self, now_s: float) -> list[OperatorCall]:
+        """Return the notices of vehicles that ask nothing, the longest standing first."""
+        calls = [
+            OperatorCall(
+                id=f"{vehicle.id}:{now.notice.id}",
+                vehicle=vehicle.id,
+                name=vehicle.name,
+                kind="notice",
+                text=now.notice.text,
+                waiting_s=round(now_s - vehicle.noticed[1], 1),
+            )
+            for vehicle in self._vehicles.values()
+            if vehicle.noticed is not None
+            and vehicle.asked is None
+            and vehicle.write is not None
+            and (now := vehicle.now) is not None
+            and now.notice is not None
+        ]
+        return sorted(calls, key=lambda call: -call.waiting_s)
 
     def _name(self, vehicle_id: str) -> str:
         vehicle = self._vehicles.get(vehicle_id)

@@ -80,7 +80,7 @@ export class Desk {
     }));
     if (call.kind === "question") {
       row.append(...[true, false].map((yes) => button(yes ? "Yes" : "No", call.name, () => this.answer(call, yes))));
-    } else {
+    } else if (call.kind === "help") {
       row.append(button("Done", call.name, () => this.done(`/api/queue/${encodeURIComponent(call.id)}/close`)));
     }
     item.append(name, text, row);

@@ -9,7 +9,7 @@ from pydantic import Field, field_validator
 from stucksolver.guard import GuardPolicy
 from stucksolver.ladder.rung_actions import CallAssistance, CheckForWait
 from stucksolver.ladder.rungs import AnyRung, DistilledRung
-from stucksolver.ladder.waits import WaitPolicy
+from stucksolver.ladder.waits import NEVER_LONG, WaitPolicy
 from stucksolver.plan.behaviors import REGISTRY, ApprovalLevel
 from stucksolver.scene.base_model import FrozenModel
 
@@ -19,6 +19,12 @@ class HandBack(FrozenModel):
 
     progress_m: float = Field(default=15.0, gt=0)
     """New progress since the onset that verifies the recovery (m). Only then are the counters reset."""
+    gone_m: float = Field(default=30.0, ge=0)
+    """Gap beyond which the blocker of the intervention counts as gone (m).
+
+    While it is still in the path and nearer, the same progress only means that the queue has moved: failed plans stay
+    in memory. 0: any such progress is a recovery. Ours.
+    """
 
 
 class QuestionTimeouts(FrozenModel):
@@ -49,8 +55,28 @@ class QuestionSettings(FrozenModel):
     """Time after which a request for a person's approval is withdrawn (s). Ours."""
     hold_s: float = Field(default=8.0, ge=0)
     """Time for which a plan that only traffic prevents is checked on every tick, since a gap may open (s). Ours."""
+    next_step_s: float = Field(default=30.0, gt=0, le=600)
+    """Time for which a running plan waits for traffic before its next step (s); then it ends. Ours."""
     remembered: int = Field(default=5, ge=0, le=50)
     """Maximum number of failed plans in the scene of a reasoner. Ours."""
+
+
+class TellSettings(FrozenModel):
+    """When people are informed why the vehicle stands still. Nobody has to act on it."""
+
+    passenger_s: float = Field(default=10.0, gt=0, le=NEVER_LONG)
+    """Time after the stop by which the passenger is informed (s)."""
+    operator_s: float = Field(default=30.0, gt=0, le=NEVER_LONG)
+    """Time after the stop by which the operator is informed (s)."""
+
+
+class StandoffSettings(FrozenModel):
+    """How a standoff ends in which two vehicles wait for each other."""
+
+    after_s: float = Field(default=8.0, gt=0, le=600)
+    """Time after which stopped vehicles that face each other are in a standoff (s); each period has its draw. Ours."""
+    back_off_s: float = Field(default=4.0, ge=0, le=60)
+    """Longest drawn time until the next query in a standoff (s); 0 for none. Ours."""
 
 
 class Approval(FrozenModel):
@@ -80,6 +106,8 @@ class Ladder(FrozenModel):
     name: str
     hand_back: HandBack = HandBack()
     asking: QuestionSettings = QuestionSettings()
+    tell: TellSettings = TellSettings()
+    standoff: StandoffSettings = StandoffSettings()
     words: GuidancePolicy = GuidancePolicy()
     waits: WaitPolicy
     approval: Approval = Approval()

@@ -39,7 +39,7 @@ from stucksolver.solver.step_listener import SolverInfo, TransitionStep
 
 FORMAT = 4
 """Version of the file format."""
-WORDING = 2
+WORDING = 3
 """Version of the texts for people. A replay compares texts only if they have the present one. Raise it with them."""
 DETECTOR: TypeAdapter[DetectorSettings] = TypeAdapter(DetectorSettings)
 MOST_FILES = 100_000
@@ -233,6 +233,7 @@ def _facts(facts: SolverInfo) -> dict[str, Any]:
         "reasoners": dict(facts.reasoners),
         "ask_back": facts.ask_back,
         "observe_only": facts.observe_only,
+        "vehicle_id": facts.vehicle_id,
         "detector": DETECTOR.dump_python(facts.detector, mode="json"),
         "policy": facts.policy.model_dump(mode="json"),
         "ladder": facts.ladder.model_dump(mode="json", by_alias=True),

@@ -17,6 +17,7 @@ from stucksolver.record.hash_chain import RecordError, read_chain
 from stucksolver.record.record_file import DETECTOR, FORMAT, WORDING, image_of, policy_of
 from stucksolver.record.serialization import (
     accepted_answer,
+    complete_ladder,
     inputs_of,
     sight_of,
     snapshot_of,
@@ -129,14 +130,15 @@ class _Again:
             raise RecordError(
                 f"{self._path}: the record has format {data['format']}; this program reads format {FORMAT}"
             )
-        ladder = Ladder.model_validate(data["ladder"])
+        ladder = Ladder.model_validate(complete_ladder(data["ladder"]))
         names, observe_only = data["reasoners"], data["observe_only"]
         self.report.versions = data["versions"]
         self.report.texts_compared = data.get("wording") == WORDING
         self._rules = RuleReasoner(ladder.waits.limits())
         guard = Guard(policy_of(data["policy"], self._path))
         detector = DETECTOR.validate_python(data["detector"])
-        self._setup = SolverSetup(guard, ladder, names, data["ask_back"], observe_only, detector)
+        vehicle_id = data.get("vehicle_id", "")
+        self._setup = SolverSetup(guard, ladder, names, data["ask_back"], observe_only, detector, vehicle_id)
         state = state_of(data["state"], ladder, frozenset(names), observe_only=observe_only)
         self._state = replace(state, scene=self._scene(data["state"]["scene"]))
 

@@ -12,21 +12,27 @@ from pydantic import TypeAdapter
 from stucksolver.guard import Approvals
 from stucksolver.immobilization import Trigger
 from stucksolver.ladder import Ladder
-from stucksolver.plan import Decision, WaitReason
+from stucksolver.ladder.waits import NEVER_LONG
+from stucksolver.plan import Decision, RecoveryPlan, WaitReason
 from stucksolver.reasoners import ReasonerAnswer, ReasonerTrace
-from stucksolver.scene import Claim, Guidance, Scene, Status, Surroundings
+from stucksolver.scene import Claim, FailedAttempt, Guidance, Scene, Status, Surroundings
 from stucksolver.solver.events import Event, PlanReview, StepOutput
+from stucksolver.solver.notices import StandstillReason
 from stucksolver.solver.query import NoAnswer
 from stucksolver.solver.questions import PersonReply, Question
+from stucksolver.solver.state_machine.blockers import Blocker
 from stucksolver.solver.state_machine.escalation import Escalation
 from stucksolver.solver.state_machine.execution_steps import ExecutionOutcome
+from stucksolver.solver.state_machine.history import AttemptHistory
 from stucksolver.solver.state_machine.inputs import GuidanceInput, Inputs, SceneInput, SurroundingsInput
-from stucksolver.solver.state_machine.state import ActiveGuidance, Querying, State
+from stucksolver.solver.state_machine.state import ActiveGuidance, Querying, Standstill, State
 from stucksolver.solver.state_machine.transition import first_state
 from stucksolver.solver.step_listener import TransitionStep
 
 Data = dict[str, Any]
 APPROVALS: TypeAdapter[Approvals] = TypeAdapter(Approvals)
+STANDSTILL: TypeAdapter[Standstill] = TypeAdapter(Standstill)
+BLOCKER: TypeAdapter[Blocker] = TypeAdapter(Blocker)
 NOT_LOOKED = "the record does not contain this input"
 """Fault of an input that the recorded step did not use."""
 SIMPLE = (
@@ -50,8 +56,21 @@ FORMER_NAMES = {
     "words_escalation": "guidance_escalation",
 }
 """Present names of fields, by their names in records of earlier versions."""
-SELDOM: Data = {"barred_m": None, "stop_said_s": None, "letting_out": False}
+SELDOM: Data = {"barred_m": None, "stop_said_s": None, "letting_out": False, "notices": 0}
 """Fields of that kind that are omitted if they have these values."""
+
+FORMER_LADDER: Data = {
+    "hand_back": {"gone_m": 0.0},
+    "asking": {"next_step_s": 120.0},
+    "tell": {"passenger_s": NEVER_LONG, "operator_s": NEVER_LONG},
+    "standoff": {"back_off_s": 0.0},
+}
+"""Settings with the behavior of earlier versions, for records whose ladder does not have them."""
+
+
+def complete_ladder(data: Data) -> Data:
+    """Return the JSON form of a record's ladder with the settings that its version did not have yet."""
+    return data | {table: former | data.get(table, {}) for table, former in FORMER_LADDER.items()}
 
 
 def finite(value: float | None) -> float | str | None:
@@ -86,6 +105,10 @@ def state_data(state: State) -> Data:
         data["claims"] = {claim.value: until_s for claim, until_s in state.claims.items()}
     if state.doubts:
         data["doubts"] = dict(state.doubts)
+    if state.standstill is not None:
+        data["standstill"] = STANDSTILL.dump_python(state.standstill, mode="json")
+    if state.history != AttemptHistory(state.history.remembered):
+        data["history"] = _history(state.history)
     return data
 
 
@@ -112,9 +135,35 @@ def state_of(data: Data, ladder: Ladder, reasoners: frozenset[str], *, observe_o
         guidance_escalation=_escalation_of(first.guidance_escalation, data["guidance_escalation"]),
         trigger=None if trigger is None else Trigger(trigger),
         doubts=MappingProxyType(dict(data.get("doubts", {}))),
+        standstill=None if data.get("standstill") is None else STANDSTILL.validate_python(data["standstill"]),
+        history=_history_of(first.history, data.get("history")),
         claims=MappingProxyType({Claim(name): until_s for name, until_s in data.get("claims", {}).items()}),
         **{name: data[name] for name in SIMPLE},
         **seldom,
+    )
+
+
+def _history(history: AttemptHistory) -> Data:
+    return {
+        "attempts": [attempt.model_dump(mode="json") for attempt in history.attempts],
+        "barred": [[key, why] for key, why in history.barred.items()],
+        "halves": [plan.model_dump(mode="json") for plan in history.halves],
+        "reason": None if history.reason is None else history.reason.model_dump(mode="json"),
+        "blocker": None if history.blocker is None else BLOCKER.dump_python(history.blocker, mode="json"),
+    }
+
+
+def _history_of(first: AttemptHistory, data: Data | None) -> AttemptHistory:
+    if data is None:
+        return first
+    barred = {tuple(tuple(part) for part in key): why for key, why in data["barred"]}
+    return replace(
+        first,
+        attempts=tuple(FailedAttempt.model_validate(attempt) for attempt in data["attempts"]),
+        barred=MappingProxyType(barred),
+        halves=tuple(RecoveryPlan.model_validate(plan) for plan in data["halves"]),
+        reason=None if data["reason"] is None else StandstillReason.model_validate(data["reason"]),
+        blocker=None if data["blocker"] is None else BLOCKER.validate_python(data["blocker"]),
     )
 
 

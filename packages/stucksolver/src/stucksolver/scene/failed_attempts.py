@@ -88,5 +88,7 @@ class FailedAttempt(FrozenModel):
     """Ids of the objects to which the plan did not keep the required gap."""
     plan: tuple[str, ...] = ()
     """Its behaviors with their parameters, each in its JSON form; empty in old records."""
+    blocker: str | None = None
+    """Id of the object of the binding constraint; None without one, and in old records."""
     outcome: str
     """Reason as text for people and language models."""

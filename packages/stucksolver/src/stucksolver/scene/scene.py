@@ -57,6 +57,11 @@ class SceneEgo(FrozenModel):
     """The detector's threshold of speed (m/s). The solver fills this in."""
     expected_progress_m: float = Field(default=EXPECTED_PROGRESS_M, gt=0)
     """Progress that the detector expects within its window (m). The solver fills this in."""
+    yield_draw: float | None = Field(default=None, ge=0, le=1)
+    """Drawn number of this vehicle in a standoff with a vehicle that faces it; a small number means to yield.
+
+    None without a standoff, and in old records. The solver sets this field, and draws again after a while.
+    """
     distance_to_destination_m: float | None
     at_destination: bool
     length_m: float = Field(gt=0)

@@ -15,3 +15,5 @@ class Status(FrozenModel):
     pushes: bool = False
     """True if the ego is pushing an object along. The ego then counts as immobilized at any speed."""
     at_destination: bool = False
+    drives: bool | None = None
+    """True if the accelerator is pressed and no brake is; None if the stack does not report it."""

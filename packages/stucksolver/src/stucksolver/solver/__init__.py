@@ -1,6 +1,7 @@
 """Public interface of the solver: `StuckSolver`, its events and its questions."""
 
 from stucksolver.solver.events import Event, EventKind, ExecutionTick, PlanReview
+from stucksolver.solver.notices import Notice, StandstillReason
 from stucksolver.solver.questions import Question, QuestionError, QuestionKind
 from stucksolver.solver.recovery_watch import RecoveryWatch
 from stucksolver.solver.solver import MakeScene, StuckSolver
@@ -13,11 +14,13 @@ __all__ = [
     "EventKind",
     "ExecutionTick",
     "MakeScene",
+    "Notice",
     "PlanReview",
     "Question",
     "QuestionError",
     "QuestionKind",
     "RecoveryWatch",
+    "StandstillReason",
     "StepListener",
     "StuckSolver",
     "TransitionStep",

@@ -11,6 +11,7 @@ from stucksolver.plan import Decision, Directive, RecoveryPlan
 from stucksolver.reasoners import ReasonerTrace
 from stucksolver.scene import Interpretation, Scene, Surroundings
 from stucksolver.scene.base_model import FrozenModel
+from stucksolver.solver.notices import Notice
 from stucksolver.solver.questions import Question
 from stucksolver.solver.state_machine.execution_steps import ExecutionOutcome
 
@@ -41,6 +42,12 @@ class EventKind(str, Enum):
     ASKED = "asked"
     """A person was asked a question."""
     ANSWERED = "answered"
+    WAITING = "waiting"
+    """A person is informed why the vehicle stands still (`Event.notice`). Nobody has to act on it."""
+    WAITING_ENDED = "waiting_ended"
+    """Such a notice is withdrawn, because the vehicle has moved on."""
+    QUEUE_MOVED = "queue_moved"
+    """Enough progress for a recovery, but the blocker is still ahead: the ego has only followed it."""
     HELD = "held"
     """After a hand-back, the driver was stopped just before a contact."""
     STOPPED = "stopped"
@@ -69,6 +76,7 @@ class Event(FrozenModel):
     trace: ReasonerTrace | None = None
     verdict: Verdict | None = None
     question: Question | None = None
+    notice: Notice | None = None
     answer: bool | None = None
     """Reply of the person, for `EventKind.ANSWERED`."""
     reading: Interpretation | None = None

@@ -88,6 +88,7 @@ class StuckSolver:
         on_event: Called with every event.
         record: Step listener that receives everything that is needed to derive each step again.
         observe_only: True to check plans, but never perform them, and ask no person.
+        vehicle_id: Stable id of the vehicle. It seeds the draw that ends a standoff with another vehicle of its kind.
 
     Raises:
         LadderError: The ladder cannot be read, or the guard is laxer than the ladder's policy.
@@ -109,6 +110,7 @@ class StuckSolver:
         on_event: Listener | None = None,
         record: StepListener | None = None,
         observe_only: bool = False,
+        vehicle_id: str = "",
     ) -> None:
         self.ladder = find_ladder(ladder)
         self.guard = guard or Guard(self.ladder.guard_policy())
@@ -141,12 +143,12 @@ class StuckSolver:
         """Utterances since the last step; filled by any thread."""
         interpreter = self._reader.reader
         ask_back = interpreter.why if isinstance(interpreter, NoInterpreter) else ASK_BACK
-        self._setup = SolverSetup(self.guard, self.ladder, names, ask_back, observe_only, self._detector.settings)
+        settings = self._detector.settings
+        self._setup = SolverSetup(self.guard, self.ladder, names, ask_back, observe_only, settings, vehicle_id)
         self._state = first_state(self.ladder, frozenset(reasoners), observe_only=observe_only)
         if record is not None:
-            settings = self._detector.settings
             clock, policy = self.clock.name, self.guard.policy
-            record.begin(SolverInfo(self.ladder, policy, clock, settings, names, ask_back, observe_only))
+            record.begin(SolverInfo(self.ladder, policy, clock, settings, names, ask_back, observe_only, vehicle_id))
 
     # ---- called by the stack, a web page, or an operator's desk
 

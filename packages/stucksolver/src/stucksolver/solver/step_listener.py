@@ -26,6 +26,7 @@ class SolverInfo:
     reasoners: Mapping[str, str]
     ask_back: str
     observe_only: bool
+    vehicle_id: str = ""
 
 
 @dataclass(frozen=True)

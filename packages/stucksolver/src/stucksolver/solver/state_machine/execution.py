@@ -26,7 +26,7 @@ from stucksolver.plan.behaviors import (
     Wait,
     drives_legs,
 )
-from stucksolver.plan.frenet_path import FrenetPath, landing_m
+from stucksolver.plan.frenet_path import landing_m
 from stucksolver.scene.frenet_scene import FrenetScene
 from stucksolver.solver.state_machine.execution_phases import (
     AwaitingNext,
@@ -38,38 +38,35 @@ from stucksolver.solver.state_machine.execution_phases import (
     Stopped,
     Yielding,
 )
-from stucksolver.solver.state_machine.execution_steps import ExecutionOutcome, Step, stand
-from stucksolver.solver.state_machine.gap_wait import STOPPED_MPS, GapWait, sight_may_improve, yield_targets
-from stucksolver.solver.state_machine.history import moving, passes
+from stucksolver.solver.state_machine.execution_steps import ExecutionOutcome, NextStep, Step, stand
+from stucksolver.solver.state_machine.gap_wait import STOPPED_MPS, GapWait, yield_targets
+from stucksolver.solver.state_machine.next_step import awaiting_next
 from stucksolver.solver.state_machine.path_points import (
     ARRIVED_M,
     along_leg,
     along_path,
+    along_way_back,
+    blind_stop,
     facing,
     has_arrived,
-    path_points,
 )
 from stucksolver.solver.state_machine.segments import later_turn_released, segments_of
 
 BACK_IN_LANE_M = 0.4
 LEG_LEFT_M = 1.0
-"""A leg of a turn counts as driven at this distance before its end, or at half its length if it is shorter, once
-the vehicle stands.
-"""
+"""A leg of a turn counts as driven at this distance before its end, or at half its length, once the vehicle stands."""
 STALLED_S = 1.5
 """A vehicle that has stood this long at the end of a leg will go no further."""
 LEG_ENDS_M = 0.2
 """The vehicle brakes for the end of a leg from this distance."""
 MOST_LEGS = 10
-"""A turn may begin this many legs, twice as many as planned, because each leg begins where the last one really
-ended.
-"""
+"""A turn may begin this many legs, twice as many as planned: each begins where the last one really ended."""
 GAP_WAIT_S = 120.0
-"""A plan waits this long for a gap before its next step. Then a person is asked (`reasoners.rules.decide.NO_WAY_S`)."""
+"""A plan yields this long on its path, where it cannot simply end."""
+NEXT_STEP_S = 30.0
+"""A plan waits this long for a gap before its next step, by default (s), as `QuestionSettings.next_step_s`."""
 RETURN_WAIT_S = 30.0
-"""A vehicle at the roadside waits this long for a proven return; then the stack merges by itself. Ours: a stream that
-never ends would hold the vehicle there for good.
-"""
+"""A vehicle at the roadside waits this long for a proven return; then the stack merges by itself. Ours."""
 
 
 class Execution:
@@ -83,8 +80,9 @@ class Execution:
         self.plan = plan
         self.phase: Phase = Stopped()
         self.last_verdict = Verdict()
-        self.next_was_refused = False
-        """True if the plan ended because a later step was refused once an earlier one was done."""
+        self.step_done = False
+        """True once a step with a path is done."""
+        self._next_step_s = NEXT_STEP_S
         self._guard = guard
         self._guided = guided
         self._approvals = approvals
@@ -144,9 +142,18 @@ class Execution:
         other.withdraw()
         return other
 
-    def advance(self, view: FrenetScene, now_s: float) -> tuple[Execution, Step | ExecutionOutcome]:
-        """Return a copy advanced by one tick, with the step to take or the outcome. This object does not change."""
+    def advance(
+        self, view: FrenetScene, now_s: float, next_step_s: float = NEXT_STEP_S
+    ) -> tuple[Execution, Step | ExecutionOutcome]:
+        """Return a copy advanced by one tick, with the step to take or the outcome. This object does not change.
+
+        Args:
+            view: The surroundings in road coordinates.
+            now_s: The solver's own time (s).
+            next_step_s: How long to wait for traffic before the next step (s).
+        """
         other = copy.copy(self)
+        other._next_step_s = next_step_s
         return other, other.tick(view, now_s)
 
     def tick(self, view: FrenetScene, now_s: float) -> Step | ExecutionOutcome:
@@ -166,6 +173,11 @@ class Execution:
         if isinstance(phase, OnPath):
             return self._move(phase, view, now_s)
         return self._stand(phase, view, now_s)
+
+    @property
+    def is_waiting(self) -> bool:
+        """True if the plan stands for traffic, between two steps or on its path, or in a behavior without a path."""
+        return isinstance(self.phase, AwaitingNext | Stopped) or self._yields
 
     @property
     def is_stopping_blind(self) -> bool:
@@ -201,7 +213,7 @@ class Execution:
         if verdict.abort is AbortAction.YIELD:
             return self._give_way(phase, verdict, view, now_s)
         if verdict.abort is AbortAction.STOP_SOON:
-            blind = phase.blind or self._blind_stop(proven.path, view, self._behavior, proven.reverse)
+            blind = phase.blind or blind_stop(self._guard, proven.path, view, self._behavior, proven.reverse)
             self.phase = replace(phase, blind=blind)
             return blind
         if phase.yielding is not None or phase.blind is not None:
@@ -223,14 +235,6 @@ class Execution:
             self.phase = replace(phase, index=index)
             self._directive = self._direct(view)
         return self._directive
-
-    def _blind_stop(self, path: FrenetPath, view: FrenetScene, behavior: Behavior, reverse: bool) -> Execute:
-        """Return a slow stop on a path. It is computed once: what is known does not change until sight returns."""
-        way = self._guard.stopping_soon(path, view, reverse)
-        if way is None:
-            return stand(None)
-        points = path_points(way, view.backwards if reverse else view, no_stop=True)
-        return Execute(behavior=behavior, path=points, reverse=reverse)
 
     def _give_way(self, phase: OnPath, verdict: Verdict, view: FrenetScene, now_s: float) -> Step | ExecutionOutcome:
         """Brake for others with the plan still in force. Outside junctions this uses up none of its time."""
@@ -295,6 +299,7 @@ class Execution:
         return stand(None)
 
     def _next(self, view: FrenetScene, now_s: float) -> Step | ExecutionOutcome:
+        self.step_done = self.step_done or isinstance(self.phase, OnPath | OnLeg)
         if not self._segments:
             return ExecutionOutcome(True, "the plan is done")
         verdict = self.start(view, now_s)
@@ -312,12 +317,10 @@ class Execution:
         self.last_verdict = verdict
         # At the roadside the vehicle stands safely, whatever keeps it there; the stack would drive back unproven.
         returns = self._segments[0][0].starts_at_roadside
-        waiting = self.phase
-        if not isinstance(waiting, AwaitingNext):
-            waiting = AwaitingNext(now_s + (RETURN_WAIT_S if returns else GAP_WAIT_S), now_s)
-        passing = returns or passes(verdict, moving(view), sensed=view.ego.position_sd_m is not None)
-        self.phase = waiting = replace(waiting, traffic_s=now_s) if passing else waiting
-        passing = passing or sight_may_improve(verdict, view.ego, now_s - waiting.traffic_s)
+        before = self.phase if isinstance(self.phase, AwaitingNext) else None
+        wait_s = RETURN_WAIT_S if returns else self._next_step_s
+        waiting, passing = awaiting_next(before, verdict, view, now_s, wait_s, returns=returns)
+        self.phase = waiting
         if passing and now_s < waiting.until_s and self._guard.may_stand(view):
             stops = len(self._segments) > 1
             begun = begin_nosed_out(self._guard, self._segments[0], view, self._guided, self._approvals, stops)
@@ -326,25 +329,29 @@ class Execution:
                 self._begin(proven, None, view, now_s)
                 return self._give_way(OnPath(proven), self.last_verdict, view, now_s)
             return stand(None)
-        self.next_was_refused = True
-        return self._abort(AbortAction.STOP, verdict, view, f"the next step was refused: {verdict}")
+        why = f"no gap within {wait_s:g} s" if passing else "the next step was refused"
+        ended = NextStep.TIMED_OUT if passing else NextStep.REFUSED
+        return self._abort(AbortAction.STOP, verdict, view, f"{why}: {verdict}", ended)
 
     def _abort(
-        self, way: AbortAction, verdict: Verdict, view: FrenetScene, why: str | None = None
+        self,
+        way: AbortAction,
+        verdict: Verdict,
+        view: FrenetScene,
+        why: str | None = None,
+        step: NextStep | None = None,
     ) -> Step | ExecutionOutcome:
         """End the plan: stop if the place allows it, else drive back, else hand over at once.
 
         After a hand-over the stack drives on by itself. The vehicle never stands where nobody should.
         """
         before = self.phase
-        outcome = ExecutionOutcome(False, why or str(verdict), verdict)
+        outcome = ExecutionOutcome(False, why or str(verdict), verdict, step)
         if way is AbortAction.RETURN_TO_LANE or not self._guard.may_stand(view):
             way_back = self._guard.way_back(view)
             if way_back is None:
                 return outcome
-            distance = min(max(way_back.end_s - view.ego_s, 5.0), 150.0)
-            behavior = KeepLane(distance_m=distance, speed_mps=min(max(view.ego.speed_mps, 3.0), 11.0))
-            directive = Execute(behavior=behavior, path=path_points(way_back, view, no_stop=True))
+            directive = along_way_back(way_back, view)
             blind = before.blind if isinstance(before, OnPath) else None
             return self._return(Returning(outcome, way_back, directive, self._yields, blind), view)
         stop = Execute(behavior=Wait(duration_s=2.0), brake_mps2=self.last_verdict.brake_mps2)
@@ -368,7 +375,7 @@ class Execution:
             return phase.outcome
         if self._guard.is_stale(view):
             slow = KeepLane(distance_m=5.0, speed_mps=3.0)
-            blind = phase.blind or self._blind_stop(path, view, slow, reverse=False)
+            blind = phase.blind or blind_stop(self._guard, path, view, slow, reverse=False)
             self.phase = replace(phase, blind=blind)
             return blind
         verdict = self._guard.recheck_way_back(path, view, phase.yields)

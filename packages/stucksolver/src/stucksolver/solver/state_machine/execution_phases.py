@@ -149,10 +149,12 @@ class AwaitingNext:
     Attributes:
         until_s: The plan is aborted at this time (s).
         traffic_s: When traffic was last all that prevented the step (s).
+        still_s: Since when a stationary object has prevented it, too (s); None if none does.
     """
 
     until_s: float
     traffic_s: float
+    still_s: float | None = None
 
     name = PhaseName.AWAITING_NEXT
 

@@ -3,11 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from enum import Enum
 from functools import lru_cache
 
 from stucksolver.guard import OK, Verdict
 from stucksolver.plan import Execute, Replan, SafeStop
 from stucksolver.plan.behaviors import Wait
+
+
+class NextStep(str, Enum):
+    """Why a later step of a plan did not begin."""
+
+    REFUSED = "refused"
+    TIMED_OUT = "timed out"
+    """Only traffic prevented it, for too long."""
 
 
 @dataclass(frozen=True)
@@ -18,6 +27,8 @@ class ExecutionOutcome:
     text: str
     verdict: Verdict = field(default=OK, compare=False)
     """The verdict if the guard ended the plan. A record keeps it in the tick's own verdict."""
+    next_step: NextStep | None = field(default=None, compare=False)
+    """Why a later step did not begin once an earlier one was done; None if the plan ended otherwise."""
 
     def recorded(self) -> dict[str, object]:
         """What a record keeps of the outcome."""

@@ -13,6 +13,7 @@ from stucksolver.ladder import Resume
 from stucksolver.plan import CONTINUE, Directive
 from stucksolver.scene.frenet_scene import FrenetScene
 from stucksolver.solver.events import EventKind
+from stucksolver.solver.notices import StandstillReason
 from stucksolver.solver.state_machine import human_in_the_loop
 from stucksolver.solver.state_machine.execution_steps import stand
 from stucksolver.solver.state_machine.pending_transition import BLIND_LIMIT_S, PendingTransition
@@ -113,6 +114,7 @@ def watch(turn: PendingTransition) -> Directive:
     turn.state = replace(turn.state, posture=Holding(turn.now_s, brake))
     turn.note(lambda under_way: replace(under_way, near_contacts=under_way.near_contacts + 1, course=()))
     turn.tell(EventKind.HELD, touched.detail)
+    turn.note_reason(StandstillReason(text=touched.detail, reject=touched))
     return stand(brake)
 
 

@@ -10,8 +10,10 @@ from stucksolver.guard import OK, RejectCode, RejectReason, Verdict
 from stucksolver.plan import RecoveryPlan
 from stucksolver.plan.behaviors import Behavior
 from stucksolver.plan.behaviors.behavior import CREEP_MPS
-from stucksolver.scene import AttemptOutcome, FailedAttempt
+from stucksolver.scene import AttemptOutcome, FailedAttempt, Scene
 from stucksolver.scene.frenet_scene import FrenetScene
+from stucksolver.solver.notices import StandstillReason, binding_reject, verdict_reason
+from stucksolver.solver.state_machine.blockers import Blocker
 
 UNSEEN = frozenset({RejectCode.TIMEOUT, RejectCode.DEVIATION})
 """Reasons that cannot be seen before a plan starts: a plan that failed for one of them is not started again."""
@@ -25,6 +27,7 @@ PASSING = frozenset(
     }
 )
 """Reasons that end when the traffic moves on: waiting is right, and no try is used up."""
+ONLY_REPEATED = (RejectCode.REPEATED,)
 TEXTS = {
     AttemptOutcome.DECLINED: "a person said no",
     AttemptOutcome.ABORTED: "its next step was refused after the first one was done",
@@ -78,6 +81,10 @@ class AttemptHistory:
     attempts: tuple[FailedAttempt, ...] = ()
     halves: tuple[RecoveryPlan, ...] = ()
     """Plans that ended because a later step was refused."""
+    reason: StandstillReason | None = None
+    """The reason of the last attempt that was no mere repetition of an earlier one."""
+    blocker: Blocker | None = None
+    """The object that all of this is about; set if the intervention ended only because that object moved on."""
 
     def with_attempt(
         self, plan: RecoveryPlan, ended: AttemptOutcome, time_s: float, *, text: str = "", verdict: Verdict = OK
@@ -99,21 +106,41 @@ class AttemptHistory:
             failures=verdict.failures,
             too_near=verdict.too_near,
             plan=tuple(b.model_dump_json() for b in plan.behaviors),
+            blocker=None if (reject := binding_reject(verdict)) is None else reject.object_id,
             outcome=text or TEXTS.get(ended) or str(verdict),
         )
-        return replace(self, attempts=(*self.attempts, attempt)[-self.remembered :] if self.remembered else ())
+        # A repetition says nothing new, and must not push out the attempts that have the reasons.
+        kept = (a for a in self.attempts if a.codes != ONLY_REPEATED or a.behaviors != attempt.behaviors)
+        attempts = (*kept, attempt)[-self.remembered :] if self.remembered else ()
+        reason = verdict_reason(verdict, None)
+        if reason is None and verdict.accepted:
+            reason = StandstillReason(text=attempt.outcome)
+        return replace(self, attempts=attempts, reason=reason or self.reason)
+
+    def about(self, scene: Scene, progress_m: float, within_m: float) -> AttemptHistory:
+        """Return the history for a new intervention: kept only if the same object still blocks the path.
+
+        Args:
+            scene: The scene of the query.
+            progress_m: Progress on the route (m).
+            within_m: Gap beyond which the object counts as gone (m).
+        """
+        kept = self.blocker is None or self.blocker.still_blocks(scene, progress_m, within_m)
+        return self if kept else AttemptHistory(self.remembered)
 
     def aborted(self, plan: RecoveryPlan, verdict: Verdict) -> AttemptHistory:
         """A running plan was given up: bar it if the reason cannot be seen before it starts."""
         codes = sorted({r.code.value for r in verdict.rejects if r.code in UNSEEN})
         return self._barred(plan, ", ".join(codes)) if codes else self
 
-    def half_done(self, plan: RecoveryPlan) -> AttemptHistory:
+    def half_done(self, plan: RecoveryPlan, *, for_traffic: bool = False) -> AttemptHistory:
         """A later step of the plan was refused. The same plan would end there again; another one of its kind may not.
 
-        A second plan of the kind is the last one.
+        A second plan of the kind is the last one, unless only traffic prevented the step (`for_traffic`).
         """
         kept = replace(self, halves=(*self.halves, plan))
+        if for_traffic:
+            return kept
         again = any(signature(halve) == signature(plan) for halve in self.halves)
         return kept._barred(plan, TEXTS[AttemptOutcome.ABORTED]) if again else kept
 

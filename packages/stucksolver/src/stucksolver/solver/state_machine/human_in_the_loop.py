@@ -12,6 +12,7 @@ from stucksolver.reasoners import ReasonerAnswer
 from stucksolver.scene import AttemptOutcome
 from stucksolver.scene.frenet_scene import FrenetScene
 from stucksolver.solver.events import EventKind
+from stucksolver.solver.notices import IMMOVABLE
 from stucksolver.solver.questions import Question, QuestionKind
 from stucksolver.solver.state_machine.admission import Admission, with_approval
 from stucksolver.solver.state_machine.history import signature
@@ -34,20 +35,25 @@ def blocked_at_m(view: FrenetScene) -> float | None:
 
 
 def blockage_text(turn: PendingTransition) -> str:
-    """One line that says what blocks the way and how the last plan ended.
+    """One line that says what blocks the way, and the binding constraint of the last plan.
 
     If nothing new has been seen for long, it says this, with the sensors' fault, instead of what was seen before.
     """
     scene, attempts, fault = turn.state.scene, turn.state.history.attempts, turn.state.senses_fault
+    standstill, reason = turn.state.standstill, turn.state.history.reason
     parts = []
-    ahead = scene.in_path_ahead() if scene else ()
+    ahead = scene.in_path_ahead(AHEAD_M) if scene else ()  # an object further away holds nobody up
     if turn.is_blind:
         parts.append(f"the sensors have shown nothing new for {turn.unseen_s:.0f} s" + (f" ({fault})" if fault else ""))
+    elif standstill is not None and standstill.immovable:
+        return IMMOVABLE.text
     elif ahead:
         nearest = ahead[0]
         parts.append(f"{nearest.kind.value} {nearest.id} blocks the way {max(nearest.gap_m or 0.0, 0.0):.0f} m ahead")
-    if attempts:
-        parts.append(f"the last plan failed: {attempts[-1].outcome}")
+    if standstill is not None and standstill.reason is not None and standstill.reason.reject is not None:
+        parts.append(f"the last plan failed: {standstill.reason.text}")
+    elif attempts:
+        parts.append(f"the last plan failed: {attempts[-1].outcome if reason is None else reason.text}")
     return "; ".join(parts) or "nothing helps, and nothing is seen in the way"
 
 
@@ -141,12 +147,9 @@ def still_calls(turn: PendingTransition) -> bool:
     """True if help stays called although the vehicle is its driver's again, because it has not set off yet."""
     question, under_way = turn.state.question, turn.state.intervention
     calls = question is not None and question.kind is QuestionKind.ASSISTANCE
-    return (
-        calls
-        and under_way is not None
-        and under_way.stop_is_spent
-        and abs(turn.status.speed_mps) < turn.setup.detector.v_min_mps
-    )
+    standstill = turn.state.standstill
+    stands = (under_way is not None and under_way.stop_is_spent) or (standstill is not None and standstill.immovable)
+    return calls and stands and abs(turn.status.speed_mps) < turn.setup.detector.v_min_mps
 
 
 def resumes(turn: PendingTransition) -> Resume | None:

@@ -86,6 +86,7 @@ class SolverSetup:
         ask_back: The text for a passenger whose words are not understood.
         observe_only: Judge plans, but never execute them.
         detector: What counts as immobilized.
+        vehicle_id: Stable id of the vehicle; empty if it has none.
     """
 
     guard: Guard
@@ -94,3 +95,4 @@ class SolverSetup:
     ask_back: str
     observe_only: bool = False
     detector: DetectorSettings = field(default_factory=DetectorSettings)
+    vehicle_id: str = ""

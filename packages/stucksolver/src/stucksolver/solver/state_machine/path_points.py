@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from stucksolver.guard import ProvenLeg, ProvenPlan
+from stucksolver.guard import Guard, ProvenLeg, ProvenPlan
 from stucksolver.plan import Execute, PathPoint
-from stucksolver.plan.behaviors import Behavior
+from stucksolver.plan.behaviors import Behavior, KeepLane
 from stucksolver.plan.frenet_path import FrenetPath, landing_m
 from stucksolver.plan.multi_point_turn import leg_driving_line
 from stucksolver.scene.frenet import Array
 from stucksolver.scene.frenet_scene import FrenetScene
+from stucksolver.solver.state_machine.execution_steps import stand
 from stucksolver.solver.state_machine.gap_wait import STOPPED_MPS
 
 ARRIVED_M = 1.5
@@ -33,6 +34,22 @@ def along_path(proven: ProvenPlan, view: FrenetScene, behavior: Behavior, *, ove
     rest = proven.path.from_station(turned.ego_s)
     path = path_points(rest, turned, np.array([proven.committed(float(s)) for s in rest.s]))
     return Execute(behavior=behavior, path=path, reverse=proven.reverse, ignore=proven.path.over, over_red=over_red)
+
+
+def along_way_back(way_back: FrenetPath, view: FrenetScene) -> Execute:
+    """Return a way back into the lane as a directive."""
+    distance = min(max(way_back.end_s - view.ego_s, 5.0), 150.0)
+    behavior = KeepLane(distance_m=distance, speed_mps=min(max(view.ego.speed_mps, 3.0), 11.0))
+    return Execute(behavior=behavior, path=path_points(way_back, view, no_stop=True))
+
+
+def blind_stop(guard: Guard, path: FrenetPath, view: FrenetScene, behavior: Behavior, reverse: bool) -> Execute:
+    """Return a slow stop on a path. Compute it once: what is known does not change until perception works again."""
+    way = guard.stopping_soon(path, view, reverse)
+    if way is None:
+        return stand(None)
+    points = path_points(way, view.backwards if reverse else view, no_stop=True)
+    return Execute(behavior=behavior, path=points, reverse=reverse)
 
 
 def facing(view: FrenetScene, proven: ProvenPlan) -> FrenetScene:

@@ -14,7 +14,9 @@ from stucksolver.reasoners import ReasonerAnswer
 from stucksolver.scene import Guidance, Interpretation, Status, Surroundings
 from stucksolver.scene.frenet_scene import FrenetScene
 from stucksolver.solver.events import Event, EventKind, StepOutput
+from stucksolver.solver.notices import Notice, StandstillReason, verdict_reason
 from stucksolver.solver.questions import Question, QuestionKind
+from stucksolver.solver.state_machine.blockers import blocker_of
 from stucksolver.solver.state_machine.inputs import Inputs, SolverSetup, SurroundingsInput
 from stucksolver.solver.state_machine.perception_disagreement import Disagreement, mask_disputed, update_disputes
 from stucksolver.solver.state_machine.state import AwaitingApproval, Intervention, Monitoring, Querying, State
@@ -23,6 +25,10 @@ BLIND_LIMIT_S = 5.0
 """After this long without new surroundings, what was seen before no longer says whether a plan is done, or whether
 waiting is right.
 """
+
+
+GAINED_M = 5.0
+"""Progress behind a blocker from which it counts as one that moves on (m): more than the ego creeps up to it. Ours."""
 
 
 class PendingTransition:
@@ -112,6 +118,7 @@ class PendingTransition:
         text: str,
         *,
         question: Question | None = None,
+        notice: Notice | None = None,
         answer: bool | None = None,
         verdict: Verdict | None = None,
         interpretation: Interpretation | None = None,
@@ -123,7 +130,9 @@ class PendingTransition:
             text=text,
             intervention=self._number,
             rung=self.state.escalation.rung,
+            scene=None if notice is None else self.state.scene,
             question=question,
+            notice=notice,
             answer=answer,
             verdict=verdict,
             reading=interpretation,
@@ -171,7 +180,8 @@ class PendingTransition:
         if self.state.intervention is not None:
             return
         number = self.state.interventions + 1
-        self.state = replace(self.state, intervention=Intervention(number), interventions=number)
+        blocker = blocker_of(self.state.scene, self.status.progress_m, self.setup.ladder.hand_back.gone_m)
+        self.state = replace(self.state, intervention=Intervention(number, blocker), interventions=number)
         moving = trigger in (None, Trigger.GUIDANCE) and self.inputs.slow_since_s is None
         progress, _ = self.state.progress.advance(self.status, self.onset_s, None if moving else trigger)
         self.state = replace(self.state, progress=progress)
@@ -181,16 +191,41 @@ class PendingTransition:
         if self.state.intervention is not None:
             self.state = replace(self.state, intervention=change(self.state.intervention))
 
+    def note_reason(self, reason: StandstillReason | None) -> None:
+        """Note what keeps the stopped vehicle from going on, for the notices to people."""
+        standstill = self.state.standstill
+        if standstill is not None and reason is not None:
+            self.state = replace(self.state, standstill=replace(standstill, reason=reason))
+
+    def note_verdict(self, verdict: Verdict) -> None:
+        """Note the binding constraint of a verdict as this reason; for a repeated plan, what was wrong before."""
+        found = verdict_reason(verdict, self.view)
+        self.note_reason(found if found is not None or verdict.accepted else self.state.history.reason)
+
     # ---- the ladder
 
     def failed(self, *, counts: bool = True) -> None:
-        """The last reasoner or person did not help: pause, and count the try if it counts."""
+        """The last reasoner or person did not help: pause, and count the try if it counts.
+
+        Behind a blocker that moves on now and then, as in a queue, no try counts.
+        """
+        counts = counts and not self._is_moving_up
         if self.state.words is not None:
             self.state = replace(
                 self.state, guidance_escalation=self.state.guidance_escalation.note_failure(self.now_s, counts=False)
             )
         else:
             self.state = replace(self.state, escalation=self.state.escalation.note_failure(self.now_s, counts=counts))
+
+    @property
+    def _is_moving_up(self) -> bool:
+        """True if the blocker has moved on before, and the present standstill is no longer than in a queue."""
+        standstill, under_way = self.state.standstill, self.state.intervention
+        behind = None if under_way is None else under_way.blocker
+        gained_m = 0.0 if behind is None else self.status.progress_m - behind.from_m
+        moves = self.state.history.blocker is not None or gained_m > GAINED_M
+        moved_s = self.setup.ladder.waits.queue_moved_within_s
+        return moves and standstill is not None and self.now_s - standstill.since_s < moved_s
 
     def may_repair(self) -> bool:
         """Take one of the rounds in which the reasoner is told why its plan was refused. False if none is left."""

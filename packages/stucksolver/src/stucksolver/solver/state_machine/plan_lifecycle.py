@@ -15,7 +15,7 @@ from stucksolver.solver.state_machine import hand_back
 from stucksolver.solver.state_machine.admission import Admission, admit, union
 from stucksolver.solver.state_machine.claims import as_guard_input
 from stucksolver.solver.state_machine.execution import Execution
-from stucksolver.solver.state_machine.execution_steps import ExecutionOutcome, Step
+from stucksolver.solver.state_machine.execution_steps import ExecutionOutcome, NextStep, Step
 from stucksolver.solver.state_machine.gap_wait import STOPPED_MPS
 from stucksolver.solver.state_machine.guidance import end_words
 from stucksolver.solver.state_machine.history import passes, signature
@@ -72,6 +72,7 @@ def _refused(turn: PendingTransition, judged: Admission, answer: ReasonerAnswer)
     if judged.passing and not turn.is_blind:
         until = turn.now_s + turn.setup.ladder.asking.hold_s
         turn.state = replace(turn.state, activity=AwaitingGap(answer, judged.plan, until))
+        turn.note_verdict(judged.verdict)
         return turn.resting
     _note_refusal(turn, judged)
     if turn.may_repair():
@@ -152,6 +153,7 @@ def _note_refusal(turn: PendingTransition, judged: Admission) -> None:
     history = turn.state.history
     noted = history.with_attempt(judged.plan, AttemptOutcome.REJECTED, turn.stack_s, verdict=judged.verdict)
     turn.state = replace(turn.state, history=noted)
+    turn.note_verdict(judged.verdict)
 
 
 # ---- execution
@@ -168,7 +170,8 @@ def start(turn: PendingTransition, judged: Admission, answer: ReasonerAnswer | N
         guidance_escalation=state.guidance_escalation.note_accepted(),
     )
     turn.note(lambda under_way: replace(under_way, done=None, helped=True))
-    turn.withdraw_question()
+    if state.standstill is None or not state.standstill.immovable:
+        turn.withdraw_question()
     posture = state.posture
     if isinstance(posture, MinimalRisk):
         turn.state = replace(turn.state, posture=replace(posture, was=Driving()))
@@ -212,7 +215,7 @@ def _ticked(turn: PendingTransition, running: Executing) -> tuple[Execution, Ste
     under_way = running.execution.is_stopping_blind and turn.status.speed_mps > STOPPED_MPS
     if seen is None or view is None or (turn.sight.blind_s > BLIND_LIMIT_S and not under_way):
         return running.execution, ExecutionOutcome(False, f"nothing has been seen for {BLIND_LIMIT_S:g} s")
-    execution, result = running.execution.advance(view, now)
+    execution, result = running.execution.advance(view, now, turn.setup.ladder.asking.next_step_s)
     turn.told.append(ExecutionTick(turn.stack_s, now, seen, running.withdrawn, result, execution.last_verdict))
     return execution, result
 
@@ -239,11 +242,13 @@ def _given_up(turn: PendingTransition, running: Executing, result: ExecutionOutc
     text = f"aborted: {result.text}"
     history = turn.state.history
     history = history.with_attempt(plan, AttemptOutcome.ABORTED, turn.stack_s, text=text, verdict=result.verdict)
-    history = history.half_done(plan) if execution.next_was_refused else history
+    if result.next_step is not None:
+        history = history.half_done(plan, for_traffic=result.next_step is NextStep.TIMED_OUT)
     turn.state = replace(turn.state, history=history.aborted(plan, last))
-    passing = passes(last, frozenset())
+    turn.note_verdict(result.verdict)
+    passing = passes(last, frozenset()) and result.next_step is not NextStep.REFUSED
     turn.failed(counts=not passing)
-    hardly_begun = turn.status.progress_m - running.begun_m < HARDLY_BEGUN_M
+    hardly_begun = turn.status.progress_m - running.begun_m < HARDLY_BEGUN_M and not execution.step_done
     if passing and hardly_begun and running.answer is not None and not running.withdrawn:
         until = now + turn.setup.ladder.asking.hold_s
         turn.state = replace(turn.state, activity=AwaitingGap(running.answer, plan, until, running.begun_m))

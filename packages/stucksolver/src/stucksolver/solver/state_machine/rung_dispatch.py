@@ -8,13 +8,14 @@ from dataclasses import replace
 from stucksolver.guard import RejectCode, RejectReason, Verdict
 from stucksolver.immobilization import Trigger
 from stucksolver.ladder import AskPerson, AskReasoner, CallAssistance, Resume
-from stucksolver.plan import Directive
+from stucksolver.plan import CauseCode, Directive
 from stucksolver.reasoners import ReasonerAnswer
 from stucksolver.scene import AttemptOutcome
 from stucksolver.solver.events import EventKind
+from stucksolver.solver.notices import StandstillReason
 from stucksolver.solver.query import NoAnswer, Query
 from stucksolver.solver.questions import PersonReply, QuestionKind
-from stucksolver.solver.state_machine import claims, hand_back, human_in_the_loop, plan_lifecycle
+from stucksolver.solver.state_machine import claims, hand_back, human_in_the_loop, plan_lifecycle, standoff
 from stucksolver.solver.state_machine.history import GOT_ON_M, TEXTS
 from stucksolver.solver.state_machine.human_in_the_loop import blockage_text
 from stucksolver.solver.state_machine.pending_transition import PendingTransition
@@ -129,9 +130,13 @@ def _ask(turn: PendingTransition, move: AskReasoner, trigger: Trigger) -> None:
     if move.reasoner in turn.inputs.busy:
         _no_answer(turn, f"{turn.setup.reasoners[move.reasoner]} is still busy with an older question")
         return
+    if turn.state.intervention is None:
+        gone_m = turn.setup.ladder.hand_back.gone_m
+        turn.state = replace(turn.state, history=turn.state.history.about(shot.scene, turn.status.progress_m, gone_m))
     state, slow_since = turn.state, turn.inputs.slow_since_s
     ego = shot.scene.ego.model_copy(
         update={
+            "yield_draw": standoff.draw(turn, shot.scene),
             "stopped_for_s": 0.0 if slow_since is None else round(turn.now_s - slow_since, 2),
             "progress_20s_m": turn.inputs.progress_in_window_m,
             "immobilized_below_mps": turn.setup.detector.v_min_mps,
@@ -162,8 +167,9 @@ def _look_back(turn: PendingTransition) -> None:
     turn.note(lambda under_way: replace(under_way, done=None))
     if done is None or turn.state.words is not None or turn.status.progress_m - done[1] >= GOT_ON_M:
         return
-    plan, history = done[0], turn.state.history
-    if not history.may_be_useless(plan):
+    plan, history, asked = done[0], turn.state.history, turn.state.scene
+    yielded = asked is not None and asked.ego.yield_draw is not None  # who yields in a standoff makes no progress
+    if yielded or not history.may_be_useless(plan):
         return
     turn.state = replace(
         turn.state, history=history.useless(plan).with_attempt(plan, AttemptOutcome.INEFFECTIVE, turn.stack_s)
@@ -200,6 +206,9 @@ def _no_answer(turn: PendingTransition, why: str, *, malformed: bool = False) ->
     turn.begin(turn.state.trigger)
     verdict = Verdict(rejects=(RejectReason(code=RejectCode.IMPLAUSIBLE, detail=why),)) if malformed else None
     turn.tell(EventKind.FAILED, f"the reasoner gave no answer: {why}", verdict=verdict)
+    standstill = turn.state.standstill
+    if standstill is None or standstill.reason is None:
+        turn.note_reason(StandstillReason(text=f"no way on is known: {why}", cause=CauseCode.UNKNOWN))
     turn.failed()
 
 
@@ -219,9 +228,26 @@ def _no_plan(turn: PendingTransition, answer: ReasonerAnswer) -> None:
         turn.begin(turn.state.trigger)
     else:
         turn.state = replace(turn.state, escalation=waits)
+    _note_reason(turn, answer, legitimate=waits is not None)
     turn.tell_decision(answer, None, waiting=waits is not None)
     if waits is None:
         turn.failed()
+    else:
+        standoff.back_off(turn, reason)
+
+
+def _note_reason(turn: PendingTransition, answer: ReasonerAnswer, *, legitimate: bool) -> None:
+    """Note why the vehicle stays: a legitimate wait, else the last verdict, which says more than "no safe way"."""
+    analysis, standstill = answer.decision.analysis, turn.state.standstill
+    if legitimate:
+        turn.note_reason(StandstillReason(text=analysis.reason, wait=analysis.wait))
+    elif standstill is not None and (standstill.reason is None or standstill.reason.reject is None):
+        attempts, before = turn.state.history.attempts, turn.state.history.reason
+        if before is not None and attempts and turn.stack_s - attempts[-1].time_s <= turn.now_s - standstill.since_s:
+            turn.note_reason(before)
+            return
+        cause = analysis.cause or CauseCode.UNKNOWN
+        turn.note_reason(StandstillReason(text=analysis.reason or answer.decision.rationale, cause=cause))
 
 
 # ---- people

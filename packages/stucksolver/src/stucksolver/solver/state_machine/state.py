@@ -12,9 +12,11 @@ from stucksolver.immobilization import Trigger
 from stucksolver.plan import CONTINUE, Continue, RecoveryPlan, SafeStop
 from stucksolver.reasoners import ReasonerAnswer
 from stucksolver.scene import Claim, Guidance, Interpretation, Scene
+from stucksolver.solver.notices import Notice, StandstillReason
 from stucksolver.solver.query import Query
 from stucksolver.solver.questions import Question
 from stucksolver.solver.recovery_watch import RecoveryWatch
+from stucksolver.solver.state_machine.blockers import Blocker
 from stucksolver.solver.state_machine.escalation import Escalation
 from stucksolver.solver.state_machine.execution import Execution
 from stucksolver.solver.state_machine.history import AttemptHistory, Signature
@@ -179,13 +181,40 @@ class ActiveGuidance:
 
 
 @dataclass(frozen=True)
+class Standstill:
+    """A time without progress, and what people know about it.
+
+    Attributes:
+        since_s: Since when (s, the solver's own time).
+        from_m: Progress on the route at its beginning (m).
+        reason: What keeps the vehicle from going on; None until it is known.
+        told: The notices to people, the last one for each, with their times (s, the solver's own).
+        in_vain_s: Since when motion has been commanded without an effect (s); None if it is not.
+        in_vain_backwards: True if that motion is backwards.
+        immovable: True if the vehicle does not move although it drives.
+    """
+
+    since_s: float
+    from_m: float
+    reason: StandstillReason | None = None
+    told: tuple[tuple[Notice, float], ...] = ()
+    in_vain_s: float | None = None
+    in_vain_backwards: bool = False
+    immovable: bool = False
+
+
+@dataclass(frozen=True)
 class Intervention:
     """An intervention: from the first answer that is not a legitimate wait to a verified hand-back. Numbers start
     at 1.
     """
 
     number: int
+    blocker: Blocker | None = None
+    """The object in the path at its beginning."""
     recovered: bool = False
+    queue_moved: bool = False
+    """True if there was enough progress for a recovery, but the blocker was still ahead."""
     helped: bool = False
     """True if a plan was started since the last recovery."""
     done: tuple[RecoveryPlan, float] | None = None
@@ -222,6 +251,10 @@ class State:
     questions: int = 0
     """Number of questions asked so far."""
     queries: int = 0
+    standstill: Standstill | None = None
+    """The present standstill; None while the vehicle gets on."""
+    notices: int = 0
+    """Number of notices to people so far."""
     words: ActiveGuidance | None = None
     claims: Mapping[Claim, float] = field(default_factory=lambda: MappingProxyType({}))
     """What people have claimed about the world, and until when each claim is believed (s)."""
@@ -268,6 +301,7 @@ class State:
             or self.words is not None
             or self.question is not None
             or self.letting_out
+            or (self.standstill is not None and bool(self.standstill.told))
             or not isinstance(self.activity, Monitoring)
             or not isinstance(self.posture, Driving)
         )

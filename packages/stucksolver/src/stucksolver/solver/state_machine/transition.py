@@ -10,7 +10,7 @@ from stucksolver.ladder import Ladder
 from stucksolver.plan import CONTINUE, Directive
 from stucksolver.solver.events import EventKind, StepOutput
 from stucksolver.solver.recovery_watch import RecoveryWatch
-from stucksolver.solver.state_machine import guidance, hand_back, plan_lifecycle, rung_dispatch
+from stucksolver.solver.state_machine import guidance, hand_back, immovable, plan_lifecycle, rung_dispatch, standstill
 from stucksolver.solver.state_machine.escalation import Escalation, Rungs
 from stucksolver.solver.state_machine.execution_steps import STAND
 from stucksolver.solver.state_machine.history import AttemptHistory
@@ -20,6 +20,7 @@ from stucksolver.solver.state_machine.state import (
     AwaitingGap,
     Executing,
     Holding,
+    Intervention,
     MinimalRisk,
     Monitoring,
     Querying,
@@ -64,6 +65,7 @@ def transition(state: State, inputs: Inputs, setup: SolverSetup) -> tuple[State,
     turn = PendingTransition(state, inputs, setup)
     if inputs.jump_s is not None:
         turn.tell(EventKind.FAULT, f"the clock jumped by {inputs.jump_s:.2f} s")
+    standstill.follow(turn)
     guidance.receive_guidance(turn)
     _watch(turn)
     directive = _act(turn)
@@ -71,6 +73,8 @@ def transition(state: State, inputs: Inputs, setup: SolverSetup) -> tuple[State,
         directive = hand_back.stay(turn) if isinstance(turn.state.posture, Holding) else hand_back.watch(turn)
     if turn.state.letting_out and directive == CONTINUE:
         directive = STAND
+    immovable.watch(turn, directive)
+    standstill.inform(turn)
     turn.tell_fault(turn.state.senses_fault or turn.state.camera_fault)
     _settle(turn)
     return turn.state, directive, tuple(turn.told)
@@ -103,6 +107,13 @@ def _watch(turn: PendingTransition) -> None:
     under_way = turn.state.intervention
     counted: Trigger | None = None if under_way is None else turn.inputs.trigger
     progress, recovered_after = turn.state.progress.advance(turn.status, turn.onset_s, counted)
+    if recovered_after is not None and under_way is not None and _is_behind_blocker(turn, under_way):
+        if isinstance(turn.state.activity, Executing):
+            return  # the plan may be passing it
+        turn.tell(EventKind.QUEUE_MOVED, "the blocker has moved on and is still ahead: failed plans stay in memory")
+        turn.note(lambda under_way: replace(under_way, queue_moved=True))
+        turn.state = replace(turn.state, progress=progress)
+        return
     turn.state = replace(turn.state, progress=progress)
     if recovered_after is None or under_way is None:
         return
@@ -110,6 +121,14 @@ def _watch(turn: PendingTransition) -> None:
         far = turn.setup.ladder.hand_back.progress_m
         turn.tell(EventKind.RECOVERED, f"{far:g} m of new progress, {recovered_after:.1f} s after onset")
     turn.note(lambda under_way: replace(under_way, recovered=True, helped=False))
+
+
+def _is_behind_blocker(turn: PendingTransition, under_way: Intervention) -> bool:
+    """True if the object that the intervention began behind is seen to be still ahead in the path."""
+    gone_m = turn.setup.ladder.hand_back.gone_m
+    if under_way.blocker is None or gone_m <= 0.0 or turn.view is None or turn.is_blind:
+        return False
+    return under_way.blocker.is_ahead(turn.view, gone_m)
 
 
 def _forget_refusal(turn: PendingTransition) -> None:
@@ -135,12 +154,16 @@ def _settle(turn: PendingTransition) -> None:
     recovered = state.intervention.recovered
     if not (recovered or not state.progress.active or turn.status.at_destination):
         return
-    turn.tell(EventKind.CLOSED, "the vehicle is on its way" if recovered else "done")
+    moved = state.intervention.queue_moved and not recovered
+    history = AttemptHistory(state.history.remembered)
+    if moved:
+        history = replace(state.history, blocker=state.history.blocker or state.intervention.blocker)
+    turn.tell(EventKind.CLOSED, "the vehicle is on its way" if recovered else "the queue moves" if moved else "done")
     if isinstance(state.activity, AwaitingGap):
         turn.state = replace(turn.state, activity=Monitoring())
     turn.state = replace(
         turn.state,
         intervention=None,
         escalation=state.escalation.reset(),
-        history=AttemptHistory(state.history.remembered),
+        history=history,
     )
