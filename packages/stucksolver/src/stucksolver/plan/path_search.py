@@ -81,7 +81,8 @@ def search_path(
 
     Args:
         view: Surroundings in road coordinates; `FrenetScene.backwards` in reverse.
-        start: Start, with its exact offset and heading.
+        start: Start, with its exact offset and heading. Its speed bounds the curvature, at the limit of lateral
+            acceleration.
         goal: End of the path.
         lanes: Lanes that the body must not leave; the drivable area if there are none.
         desired_m: Clearance from stationary objects that the path keeps where there is room (m).
@@ -92,7 +93,7 @@ def search_path(
             must back up for a path.
     """
     names = tuple(lane.strip.id for lane in lanes)
-    key = (start.s_m, start.d_m, start.yaw_rad, goal, names, desired_m, reverse)
+    key = (start, goal, names, desired_m, reverse)
     known = _KNOWN.setdefault(view, {})
     if key not in known:
         try:
@@ -127,6 +128,8 @@ class _Search:
         self.borders = _borders(view, start, self.body, lanes)
         self.obstacles = stationary_obstacles(view, start, self.latest_s, desired_m)
         self.road_bend = _road_bend(view)
+        limits = view.ego.limits
+        self.radius_m = max(limits.min_turn_radius_m, start.speed_mps**2 / limits.max_lateral_acceleration_mps2)
 
     def path(self) -> FrenetPath:
         """Return the path. See `search_path`."""
@@ -148,7 +151,7 @@ class _Search:
             self.goal.d_m,
             self.goal.earliest_s_m - self.body.lever_m,
             self.latest_s - self.body.lever_m,
-            self.view.ego.limits.min_turn_radius_m,
+            self.radius_m,
             back_m,
             least_back_m,
         )
@@ -173,7 +176,7 @@ class _Search:
 
     def _bend_limits(self, s: Array) -> tuple[Array, Array]:
         """(stations,): least and greatest curvature of a line relative to the road (1/m)."""
-        most, road = 1.0 / self.view.ego.limits.min_turn_radius_m, np.interp(s, *self.road_bend)
+        most, road = 1.0 / self.radius_m, np.interp(s, *self.road_bend)
         return np.minimum(-most - road, 0.0), np.maximum(most - road, 0.0)
 
     def _lacks(self, path: FrenetPath) -> Array:
