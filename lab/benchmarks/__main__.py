@@ -11,6 +11,7 @@ NAMES = (
     "addon_overhead",
     "driver_ticks",
     "query_overhead",
+    "path_search",
     "distilled_latency",
     "distilled_edge",
     "perception_stages",

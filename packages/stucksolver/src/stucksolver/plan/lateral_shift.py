@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from stucksolver.plan.behaviors.behavior import BehaviorStart, NoPathError
-from stucksolver.plan.object_gaps import bounded_speed
 from stucksolver.plan.frenet_path import FrenetPath, lateral, shortest_shift, turned_shift
+from stucksolver.plan.object_gaps import bounded_speed
 from stucksolver.plan.path_search import SPAN_M, Goal, search_path
 from stucksolver.scene.boxes import separation
 from stucksolver.scene.failed_attempts import PlanFailure

@@ -1,4 +1,4 @@
-"""Gaps from the body on a path to stationary objects, and the speeds and paths that the guard can accept beside them."""
+"""Gaps from the body on a path to stationary objects, and what the guard can accept beside them."""
 
 from __future__ import annotations
 

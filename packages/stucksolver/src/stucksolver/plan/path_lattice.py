@@ -88,7 +88,9 @@ class LatticeTask:
     least_back_m: float = 0.0
 
 
-def cheapest_motion(task: LatticeTask, borders: Borders, obstacles: Obstacles, road_bend: Array) -> LatticeMotion | None:
+def cheapest_motion(
+    task: LatticeTask, borders: Borders, obstacles: Obstacles, road_bend: Array
+) -> LatticeMotion | None:
     """Return the cheapest motion to the goal; None if the borders allow none.
 
     Args:
@@ -124,8 +126,8 @@ class _Lattice:
         self.slope_step = LAYER_M / (BENDS * task.radius_m)
         self.cell_m = LAYER_M * self.slope_step
         self.slopes = int(STEEPEST / self.slope_step)
-        self.behind = int(round(task.back_m / LAYER_M))
-        self.last_start = self.behind - int(round(task.least_back_m / LAYER_M))
+        self.behind = round(task.back_m / LAYER_M)
+        self.last_start = self.behind - round(task.least_back_m / LAYER_M)
         ahead = int((task.latest_s - task.start_s) / LAYER_M + 1e-6)
         self.layers = max(self.behind + ahead + 1, 0)
         self.s: Array = task.start_s + LAYER_M * (np.arange(self.layers) - self.behind)
@@ -135,7 +137,7 @@ class _Lattice:
         self.first = int(np.floor((low - task.start_d) / self.cell_m)) - 1
         self.cells = int(np.ceil((high - task.start_d) / self.cell_m)) + 2 - self.first
         self.d: Array = task.start_d + self.cell_m * (np.arange(self.cells) + self.first)
-        self.goal_cell = int(round((task.goal_d - task.start_d) / self.cell_m)) - self.first
+        self.goal_cell = round((task.goal_d - task.start_d) / self.cell_m) - self.first
         back_m = LAYER_M * np.arange(self.behind, -1, -1)
         tilts = np.rint(task.slope * np.exp(-back_m / STRAIGHTENS_M) / self.slope_step).astype(int)
         self.start_slopes: list[int] = (np.clip(tilts, -self.slopes, self.slopes) + self.slopes).tolist()
@@ -176,7 +178,8 @@ class _Lattice:
         road = np.interp(self.s, road_bend[0], road_bend[1])[:, None]
         cost = np.broadcast_to(BEND_COST * LAYER_M * bends**2, (self.layers, len(bends))).copy()
         cost[np.abs(bends * most + road) > np.maximum(most, np.abs(road)) + 1e-9] = np.inf
-        return cost.astype(np.float32)
+        result: Array = cost.astype(np.float32)
+        return result
 
     def search(self, stage: Array, bend: Array, task: LatticeTask) -> LatticeMotion | None:
         """Return the cheapest motion through the layers; None without one."""
@@ -227,7 +230,7 @@ def _clearance_steps(least: Array, desired: Array) -> tuple[Array, Array]:
 
 def _steer(cost: Array, change: NDArray[np.int8]) -> Array:
     """Return the cheapest cost of each cell after turning the wheels, and write the change of curvature before it."""
-    best = cost.copy()
+    best: Array = cost.copy()
     for step in (-1, 1):
         to, by = (slice(None, -step), slice(step, None)) if step > 0 else (slice(-step, None), slice(None, step))
         turned = cost[by] + np.float32(STEER_COST * (step / BENDS) ** 2)

@@ -14,7 +14,7 @@ import numpy as np
 
 from stucksolver.plan.behaviors.behavior import BehaviorStart, NoPathError
 from stucksolver.plan.frenet_path import STEP_M, FrenetPath
-from stucksolver.plan.path_lattice import LAYER_M, LatticeMotion, LatticeTask, cheapest_motion
+from stucksolver.plan.path_lattice import LAYER_M, STRAIGHTENS_M, LatticeMotion, LatticeTask, cheapest_motion
 from stucksolver.plan.path_smoothing import smooth
 from stucksolver.plan.swept_body import Body, Borders, Obstacles, blocked_offsets
 from stucksolver.scene.failed_attempts import PlanFailure
@@ -37,6 +37,8 @@ SPAN_M = 60.0
 """Greatest length of a search (m). Ours."""
 BACK_M = 8.0
 """Greatest distance to back up that a failure proposes (m): `BackUp.distance_m`."""
+BACK_TRIES = 4
+"""Distances to back up that are tried, `STEP_M` apart, from the first that the lattice finds on. Ours."""
 SMOOTHINGS = ((0.02, 1.0), (0.3, 1.0), (3.0, 1.0), (0.3, 0.4), (3.0, 0.4), (0.3, 0.0), (3.0, 0.0))
 """Ways to smooth the lattice's motion, tried in order: the weight with which the path keeps to it, and the part of its
 clearance beyond the least one that the path keeps. Ours.
@@ -123,6 +125,7 @@ class _Search:
         reverse: bool,
     ) -> None:
         self.view, self.start, self.goal, self.reverse = view, start, goal, reverse
+        self.lanes, self.desired_m = lanes, desired_m
         self.body = Body.of(view, reverse)
         self.latest_s = min(goal.latest_s_m, start.s_m + SPAN_M)
         self.borders = _borders(view, start, self.body, lanes)
@@ -134,12 +137,17 @@ class _Search:
     def path(self) -> FrenetPath:
         """Return the path. See `search_path`."""
         motion = self._motion(0.0)
-        if motion is not None and motion.clear:
-            for keep, part in SMOOTHINGS:
-                path = self._smoothed(motion, keep, part, self.obstacles)
-                if self._fits(path):
-                    return _until_goal(path, self.goal)
-        raise self._failure(motion)
+        path = None if motion is None else self._smooth(motion)
+        if path is None:
+            raise self._failure(motion)
+        return _until_goal(path, self.goal)
+
+    def _smooth(self, motion: LatticeMotion) -> FrenetPath | None:
+        """Return the first smooth path that fits; None without one."""
+        if not motion.clear:
+            return None
+        paths = (self._smoothed(motion, keep, part, self.obstacles) for keep, part in SMOOTHINGS)
+        return next((path for path in paths if self._fits(path)), None)
 
     def _motion(self, back_m: float, least_back_m: float = 0.0) -> LatticeMotion | None:
         start_s, start_d = self.body.axle(self.start.s_m, self.start.d_m, self.start.yaw_rad)
@@ -199,9 +207,7 @@ class _Search:
     def _failure(self, motion: LatticeMotion | None) -> NoPathError:
         """Return the error with the object that lacks the most clearance and the distance to back up."""
         aside_m = abs(self.goal.d_m - self.start.d_m)
-        clear = motion is not None and motion.clear
-        back = self._motion(BACK_M, LAYER_M if clear else 0.0)
-        back_m = min(back.back_m + LAYER_M / 2, BACK_M) if back is not None and back.clear else None
+        back_m = self._back_up_m(motion is not None and motion.clear)
         text = f"no room to move by {aside_m:.1f} m"
         if motion is None or not self.obstacles.ids:
             return NoPathError(PlanFailure.NO_ROOM_ASIDE, f"{text} within the lanes", back_up_m=back_m)
@@ -217,6 +223,25 @@ class _Search:
             short_m=short_m,
             back_up_m=back_m,
         )
+
+    def _back_up_m(self, clear: bool) -> float | None:
+        """Return how far the ego must back up for a path (m); None if that does not help.
+
+        Args:
+            clear: True if the lattice has a motion from here, which only cannot be smoothed.
+        """
+        back = self._motion(BACK_M, LAYER_M if clear else 0.0)
+        if back is None or not back.clear:
+            return None
+        for more in range(BACK_TRIES):
+            back_m = back.back_m + more * STEP_M
+            yaw_rad = self.start.yaw_rad * float(np.exp(-back_m / STRAIGHTENS_M))
+            start = replace(self.start, s_m=self.start.s_m - back_m, yaw_rad=yaw_rad, speed_mps=0.0)
+            there = _Search(self.view, start, self.goal, self.lanes, self.desired_m, self.reverse)
+            motion = there._motion(0.0)
+            if motion is not None and there._smooth(motion) is not None:
+                return back_m
+        return None
 
 
 @dataclass(frozen=True)
@@ -330,7 +355,7 @@ def _road_bend(view: FrenetScene) -> Array:
 def _until_goal(path: FrenetPath, goal: Goal) -> FrenetPath:
     """Return the path up to the station from which it stays at the goal's offset."""
     away = np.flatnonzero((np.abs(path.d - goal.d_m) > ENDS_M) | (path.s < goal.earliest_s_m - STEP_M))
-    count = min(int(away[-1]) + 2 if len(away) else 2, len(path.s))
+    count = min(int(away[-1]) + 3 if len(away) else 2, len(path.s))
     d = path.d[:count].copy()
     d[-1] = goal.d_m
     yaw = None if path.yaw is None else path.yaw[:count]

@@ -36,9 +36,7 @@ def _differences(count: int) -> tuple[Array, Array]:
     return second, np.diff(second, axis=0) / STEP_M
 
 
-def smooth(
-    offsets: Array, slope: float, keep: float, bounds: Bounds, bend_limits: tuple[Array, Array]
-) -> Array:
+def smooth(offsets: Array, slope: float, keep: float, bounds: Bounds, bend_limits: tuple[Array, Array]) -> Array:
     """Return smooth offsets with the same start, the same goal, and slope zero at the goal.
 
     Args:
@@ -100,6 +98,6 @@ def _solved(
     fixed = np.ones(len(x), dtype=bool)
     fixed[free] = False
     right = right[free] - matrix[free][:, fixed] @ x[fixed]
-    solved = x.copy()
+    solved: Array = x.copy()
     solved[free] = np.linalg.solve(matrix[free, free], right)
     return solved

@@ -10,8 +10,8 @@ from dataclasses import replace
 import numpy as np
 
 from stucksolver.plan.behaviors.behavior import CREEP_MPS, BehaviorStart, NoPathError
-from stucksolver.plan.object_gaps import bounded_speed, comes_too_near
 from stucksolver.plan.frenet_path import STEP_M, FrenetPath, landing_m, return_path, shortest_shift, straight
+from stucksolver.plan.object_gaps import bounded_speed, comes_too_near
 from stucksolver.plan.passing_geometry import CLEARANCE_M, DOOR_M, PassPlan, standing_beyond
 from stucksolver.plan.path_search import Goal, search_path
 from stucksolver.scene.boxes import separation

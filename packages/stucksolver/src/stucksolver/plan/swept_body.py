@@ -87,11 +87,13 @@ class Obstacles:
         """Half sizes of the boxes (m)."""
         return self.half_length, self.half_width
 
+    @property
+    def _columns(self) -> tuple[Array, ...]:
+        return self.s, self.d, self.yaw, self.half_length, self.half_width, self.least, self.desired
+
     def some(self, which: Array) -> Obstacles:
         """Return the objects with these indices; one may occur several times."""
-        names = ("s", "d", "yaw", "half_length", "half_width", "least", "desired")
-        taken: dict[str, Array] = {name: getattr(self, name)[which] for name in names}
-        return replace(self, ids=tuple(self.ids[int(k)] for k in which), **taken)
+        return Obstacles(tuple(self.ids[int(k)] for k in which), *(column[which] for column in self._columns))
 
     def with_reserve(self, reserve_m: float) -> Obstacles:
         """Return the same objects with larger clearances, by `reserve_m` (m)."""
@@ -99,9 +101,7 @@ class Obstacles:
 
     def columns(self) -> Obstacles:
         """Return the same objects as a column, to broadcast against headings."""
-        names = ("s", "d", "yaw", "half_length", "half_width", "least", "desired")
-        columns: dict[str, Array] = {name: getattr(self, name)[:, None] for name in names}
-        return replace(self, **columns)
+        return Obstacles(self.ids, *(column[:, None] for column in self._columns))
 
     def gaps(self, body: Body, s: Array, d: Array, yaw_rad: Array) -> Array:
         """(stations, objects): gaps to the box at center poses, each (stations,) (m)."""

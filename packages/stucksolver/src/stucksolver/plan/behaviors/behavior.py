@@ -300,6 +300,4 @@ class NoPathError(Exception):
 
     def said_as(self, failure: PlanFailure, text: str) -> NoPathError:
         """Return the same error with another code and text."""
-        return NoPathError(
-            failure, text, object_id=self.object_id, short_m=self.short_m, back_up_m=self.back_up_m
-        )
+        return NoPathError(failure, text, object_id=self.object_id, short_m=self.short_m, back_up_m=self.back_up_m)

@@ -17,9 +17,9 @@ from stucksolver.plan.behaviors.behavior import (
     NoPathError,
     PlanPhrase,
 )
-from stucksolver.plan.object_gaps import lack_toward_objects
 from stucksolver.plan.frenet_path import FrenetPath
 from stucksolver.plan.lateral_shift import lanes_between, lateral_shift
+from stucksolver.plan.object_gaps import lack_toward_objects
 from stucksolver.plan.passing_geometry import PassPlan, borrowed_lane, find_passing, length_abreast
 from stucksolver.plan.return_to_lane import searched_way_home, way_back
 from stucksolver.scene.failed_attempts import PlanFailure
