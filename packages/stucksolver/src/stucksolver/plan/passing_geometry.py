@@ -71,8 +71,8 @@ class PassPlan:
     """True if the road is so narrow that only walking pace is allowed."""
     gentle_m: float = 0.0
     """Least length of the shift out of the lane, if there is space for it (m)."""
-    nearer_offset_m: float = np.inf
-    """Offset that keeps further from objects on the far side (m), where the ego moves toward them."""
+    least_offset_m: float = np.inf
+    """Least offset beside the objects (m), if there are others on the far side that the path must not lead toward."""
 
 
 def borrowed_lane(view: FrenetScene, s: float) -> Lane | None:
@@ -116,7 +116,8 @@ def find_passing(view: FrenetScene, start: BehaviorStart, object_id: str, lane: 
     desired = _beside(view, which, CLEARANCE_M if speed_mps <= QUICK_MPS else QUICK_CLEARANCE_M, people_m)
     # Beside a moving object the ego uses the whole oncoming lane, beside a stationary one no more than needed.
     offset = max(desired, center) if moving > MOVES_MPS else desired
-    least, roomy, limit = _between(view, _on_the_left(view, start, which), least, limit)
+    others = _on_the_left(view, start, which)
+    least, limit = _between(view, others, least, limit)
     far_s = float((view.s[which] + view.along[which]).max())
     return PassPlan(
         tuple(view.objects[int(i)].id for i in which),
@@ -125,15 +126,14 @@ def find_passing(view: FrenetScene, start: BehaviorStart, object_id: str, lane: 
         max(moving, 0.0),
         moving <= MOVES_MPS and limit < _beside(view, which, DOOR_M, VULNERABLE_CLEARANCE_M),
         QUICK_SHIFT_M if wide else 0.0,
-        min(max(offset, least), roomy),
+        least if len(others) else np.inf,
     )
 
 
-def _between(view: FrenetScene, others: Array, least: float, limit: float) -> tuple[float, float, float]:
-    """Return the offsets of the ego's center between stationary objects on both sides (m).
+def _between(view: FrenetScene, others: Array, least: float, limit: float) -> tuple[float, float]:
+    """Return the least and greatest offset of the ego's center between stationary objects on both sides (m).
 
-    The first is the least one, the second the greatest one that keeps `FAR_CLEARANCE_M` on the far side, the third the
-    greatest one of all: in the middle if there is less room than for that clearance on both sides.
+    The greatest one keeps `FAR_CLEARANCE_M` on the far side, or lies in the middle if there is less room.
 
     Args:
         view: Surroundings in road coordinates.
@@ -145,7 +145,7 @@ def _between(view: FrenetScene, others: Array, least: float, limit: float) -> tu
         NoPathError: An object leaves too little room on both of its sides.
     """
     if not len(others):
-        return least, limit, limit
+        return least, limit
     half, vulnerable = view.ego.width_m / 2, view.vulnerable[others]
     narrow_m = np.where(vulnerable, NARROW_VULNERABLE_CLEARANCE_M, NARROW_CLEARANCE_M)
     roomy_m = np.where(vulnerable, VULNERABLE_CLEARANCE_M, FAR_CLEARANCE_M)
@@ -165,7 +165,7 @@ def _between(view: FrenetScene, others: Array, least: float, limit: float) -> tu
         )
     roomy = min(limit, float(right.min(initial=np.inf)))
     middle = (least - NARROW_CLEARANCE_M + float(edge.min(initial=np.inf))) / 2
-    return least, roomy, min(limit, max(roomy, middle))
+    return least, min(limit, max(roomy, middle))
 
 
 def _on_the_left(view: FrenetScene, start: BehaviorStart, which: Array) -> Array:

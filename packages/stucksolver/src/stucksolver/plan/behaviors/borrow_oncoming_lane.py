@@ -5,6 +5,7 @@ from dataclasses import replace
 from functools import partial
 from typing import ClassVar, Literal
 
+import numpy as np
 from pydantic import Field
 
 from stucksolver.plan.behaviors.behavior import (
@@ -27,6 +28,9 @@ from stucksolver.scene.frenet_scene import FrenetScene
 from stucksolver.scene.interpretation import DirectedSide, GuidanceIntent
 from stucksolver.scene.road import LaneDirection, LaneKind
 from stucksolver.scene.scene import Scene
+
+OFFSETS = 5
+"""Number of offsets beside the passed objects that are tried, each nearer to them. Ours."""
 
 
 class BorrowOncomingLane(Behavior):
@@ -88,17 +92,17 @@ class BorrowOncomingLane(Behavior):
         lanes = lanes_between(view, start, passing.offset_m)
         found: list[tuple[float, FrenetPath]] = []
         why: NoPathError | None = None
-        offsets = [passing.offset_m]
-        while offsets:
+        least_m = min(passing.offset_m, passing.least_offset_m)
+        for offset_m in np.linspace(passing.offset_m, least_m, OFFSETS if least_m < passing.offset_m else 1):
             try:
-                path = shifted(passing=replace(passing, offset_m=offsets.pop(0)))
-                found.append((lack_toward_objects(view, path, start.yaw_rad), path))
+                path = shifted(passing=replace(passing, offset_m=float(offset_m)))
             except NoPathError as error:
                 why = why or error
-            if found and found[-1][0] <= 0.0:
-                return found[-1][1]
-            if len(found) == 1 and passing.nearer_offset_m < passing.offset_m:
-                offsets = [max(passing.offset_m - found[0][0], passing.nearer_offset_m), passing.nearer_offset_m]
+                continue
+            lack_m = lack_toward_objects(view, path, start.yaw_rad)
+            if lack_m <= 0.0:
+                return path
+            found.append((lack_m, path))
         try:
             path = searched_way_home(view, start, passing, speed_mps, self.speed_mps, lanes)
             found.append((lack_toward_objects(view, path, start.yaw_rad), path))
