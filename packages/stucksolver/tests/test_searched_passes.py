@@ -159,7 +159,7 @@ def test_turned_ego_with_its_nose_over_the_edge_is_told_to_back_up():
 
 
 def test_turned_ego_beside_an_object_steers_clear_of_it():
-    world = World(ROAD, [thing("cone", 60.0, 1.45, kind=ObjectKind.CONE)], y=-0.4, yaw=0.3)
+    world = World(ROAD, [thing("cone", 60.0, 1.6, kind=ObjectKind.CONE)], y=-0.4, yaw=0.3)
     view, path = world.view(), accepted(world, KeepLane(distance_m=30.0, speed_mps=3.0))
     assert float(gaps(view, path, 0.3, np.array([0])).min()) >= 0.3
 

@@ -34,6 +34,8 @@ SHORT_COST = 1e4
 """Cost of a layer below the least clearance. It exceeds that of every path that keeps the clearance."""
 SHORT_M = (0.0, 0.1, 0.2, 0.35, 0.5, 0.75, 1.0, 1.5)
 """Lacks of clearance at which `SHORT_COST` is due again, so that the path lacks as little as possible (m). Ours."""
+BEYOND_LAYERS = 2
+"""Layers straight on beyond the goal whose cost counts. Ours."""
 BACK_COST = 30.0
 """Cost of a meter that the ego backs up before it starts. Ours."""
 STRAIGHTENS_M = 3.0
@@ -189,6 +191,7 @@ class _Lattice:
         flat = np.full(cost.size + 1, np.inf, dtype=np.float32)
         steered = np.zeros((self.layers, *shape), dtype=np.int8)
         best, goal = np.inf, (BENDS, self.slopes, self.goal_cell)
+        beyond = self._costs_beyond(stage)
         reached = -1
         for layer in range(self.layers):
             if layer:
@@ -198,9 +201,17 @@ class _Lattice:
                 cell = (BENDS, self.start_slopes[layer], -self.first)
                 seed = BACK_COST * LAYER_M * (self.behind - layer)
                 cost[cell] = min(float(cost[cell]), seed)
-            if layer > self.last_start and cost[goal] < best and self.s[layer] >= task.earliest_s:
-                best, reached = float(cost[goal]), layer
+            there = float(cost[goal] + beyond[layer])
+            if layer > self.last_start and there < best and self.s[layer] >= task.earliest_s:
+                best, reached = there, layer
         return None if reached < 0 else self._trace(steered, reached, best)
+
+    def _costs_beyond(self, stage: Array) -> Array:
+        """(layers,): cost of driving straight on from the goal in each layer, for `BEYOND_LAYERS` layers."""
+        straight = np.concatenate([stage[:, self.slopes, self.goal_cell], np.zeros(BEYOND_LAYERS)])
+        moved = [straight[k : k + self.layers] for k in range(1, BEYOND_LAYERS + 1)]
+        result: Array = np.sum(moved, axis=0)
+        return result
 
     def _trace(self, steered: NDArray[np.int8], reached: int, cost: float) -> LatticeMotion:
         """Return the motion that ends at the goal in the layer `reached`."""

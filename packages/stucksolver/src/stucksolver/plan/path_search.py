@@ -177,7 +177,7 @@ class _Search:
         stations: Array = s[0] + STEP_M * np.arange(int((s[-1] - s[0] + STRAIGHT_M) / STEP_M) + 1)
         rough = np.interp(stations, s, d)
         rough[stations >= s[-1]] = self.goal.d_m
-        line = _Line(self.body, self.start, stations, self.reverse)
+        line = _SmoothedLine(self.body, self.start, stations, self.reverse)
         bounds = _Bounds(line, rough, self.borders, obstacles, part)
         slope = float(np.tan(self.start.yaw_rad))
         return line.path(smooth(rough, slope, keep, bounds, self._bend_limits(stations)))
@@ -245,7 +245,7 @@ class _Search:
 
 
 @dataclass(frozen=True)
-class _Line:
+class _SmoothedLine:
     """Line to smooth, at its stations: that of the box center ahead, that of the axle in reverse."""
 
     body: Body
@@ -282,7 +282,7 @@ class _Line:
 class _Bounds:
     """Bounds on the offsets of a line for the body's headings along it, on the rough line's side of each object."""
 
-    def __init__(self, line: _Line, rough: Array, borders: Borders, obstacles: Obstacles, part: float) -> None:
+    def __init__(self, line: _SmoothedLine, rough: Array, borders: Borders, obstacles: Obstacles, part: float) -> None:
         self._line, self._rough, self._borders, self._obstacles = line, rough, borders, obstacles
         yaw = line.yaw(rough)
         s, d = line.rider.center(line.s, rough, yaw)
