@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from stucksolver.plan.behaviors.behavior import BehaviorStart, NoPathError
+from stucksolver.plan.behaviors.behavior import CREEP_MPS, BehaviorStart, NoPathError
 from stucksolver.plan.frenet_path import FrenetPath, lateral, shortest_shift, turned_shift
 from stucksolver.plan.object_gaps import bounded_speed
 from stucksolver.plan.path_search import SPAN_M, Goal, search_path
@@ -70,7 +70,7 @@ def lateral_shift(
     for smaller in range(1, len(CORNER_CLEARANCES_M)):
         for path, gap in nearest:
             if _is_clear(view, standing, gap, smaller):
-                return bounded_speed(view, path, float(path.heading()[0]))
+                return _slowed(view, path, float(path.heading()[0]))
     short = _too_near(view, standing, nearest[-1][1])
     return _searched(view, start, d_to, speed_mps, lanes or lanes_between(view, start, d_to), short)
 
@@ -80,6 +80,15 @@ def lanes_between(view: FrenetScene, start: BehaviorStart, d_to: float) -> tuple
     found = view.frame.lane_at(start.s_m, start.d_m), view.frame.lane_at(start.s_m, d_to)
     lanes = tuple(lane for lane in found if lane is not None)
     return lanes if len(lanes) == len(found) else ()
+
+
+def _slowed(view: FrenetScene, path: FrenetPath, yaw_rad: float) -> FrenetPath:
+    """Return the same path no faster than its gaps allow, and at walking pace throughout if one of them requires that.
+
+    So a tight shift does not accelerate toward a door, where a small tracking error would be too much.
+    """
+    bounded = bounded_speed(view, path, yaw_rad)
+    return bounded.within(CREEP_MPS) if bounded.speed.min() < CREEP_MPS + 0.1 else bounded
 
 
 def _searched(
@@ -95,7 +104,7 @@ def _searched(
             failure = PlanFailure.NO_ROOM_TO_COME_BACK
             text = f"no room to return by {side:.1f} m, {way_there:.0f} m ahead: {short}"
         raise error.said_as(failure, text) from None
-    return bounded_speed(view, path.within(speed_mps), start.yaw_rad)
+    return _slowed(view, path.within(speed_mps), start.yaw_rad)
 
 
 def _shifts(

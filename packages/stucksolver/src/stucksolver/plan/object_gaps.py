@@ -27,9 +27,9 @@ TRACKED_M = 0.15
 """Part of a gap that a fault uses up before the guard notices it (m): `ClearancePolicy.tracked_gap_m`."""
 DOOR_M, DOORS_PART = 0.9, 0.5
 """Reach of an open door (m), and the part of a vehicle's length in which its doors are: `DoorPolicy`."""
-BESIDE_DOOR_M = 0.28
+BESIDE_DOOR_M = 0.4
 """Gap to an open door for more than walking pace (m): a fault of 0.125 m, which the guard requires at any speed, and
-the 0.15 m that a tracking error uses up.
+the tracking error of a tight shift. Ours.
 """
 
 
