@@ -97,9 +97,8 @@ def find_passing(view: FrenetScene, start: BehaviorStart, object_id: str, lane: 
         NoPathError: The object is not detected or not in the ego's path, or the lane is too narrow.
     """
     target, which = _passed(view, start, object_id)
-    half = view.ego.width_m / 2
     _, center, left = lane.at(float(view.s[target]))
-    limit = left - half - EDGE_M
+    limit = left - view.ego.width_m / 2 - EDGE_M
     least = _beside(view, which, NARROW_CLEARANCE_M, NARROW_VULNERABLE_CLEARANCE_M)
     if least > limit:
         raise NoPathError(
