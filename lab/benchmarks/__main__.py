@@ -12,6 +12,7 @@ NAMES = (
     "driver_ticks",
     "query_overhead",
     "search_latency",
+    "path_search",
     "distilled_latency",
     "distilled_edge",
     "perception_stages",

@@ -78,13 +78,13 @@ def _looks(batches: int, calls: int) -> dict[str, float]:
     if back is None:
         raise RuntimeError("the guard rejected the benchmark's plan to back up")
     return {
-        "us_view": _median(batches, calls, lambda: FrenetScene(surroundings)),
-        "us_accept": _median(batches, calls, lambda: guard.accept(plan, FrenetScene(surroundings), guided=False)),
-        "us_accept_crowd": _median(batches, calls, lambda: guard.accept(plan, FrenetScene(crowd), guided=False)),
-        "us_recheck": _median(batches, calls, lambda: guard.recheck(again, FrenetScene(surroundings))),
-        "us_recheck_backwards": _median(batches, calls, lambda: guard.recheck(back, FrenetScene(surroundings))),
-        "us_recheck_crowd": _median(batches, calls, lambda: guard.recheck(again, FrenetScene(crowd))),
-        "us_rules": _median(batches, calls, lambda: rules.decide(ReasonerRequest(scene)).decision),
+        "us_view": median_us(batches, calls, lambda: FrenetScene(surroundings)),
+        "us_accept": median_us(batches, calls, lambda: guard.accept(plan, FrenetScene(surroundings), guided=False)),
+        "us_accept_crowd": median_us(batches, calls, lambda: guard.accept(plan, FrenetScene(crowd), guided=False)),
+        "us_recheck": median_us(batches, calls, lambda: guard.recheck(again, FrenetScene(surroundings))),
+        "us_recheck_backwards": median_us(batches, calls, lambda: guard.recheck(back, FrenetScene(surroundings))),
+        "us_recheck_crowd": median_us(batches, calls, lambda: guard.recheck(again, FrenetScene(crowd))),
+        "us_rules": median_us(batches, calls, lambda: rules.decide(ReasonerRequest(scene)).decision),
     }
 
 
@@ -110,7 +110,8 @@ def _each(statuses: list[Status], batches: int, call: Callable[[Status], object]
     return statistics.median(times)
 
 
-def _median(batches: int, calls: int, call: Callable[[], object]) -> float:
+def median_us(batches: int, calls: int, call: Callable[[], object]) -> float:
+    """Return the median time of a call over batches of calls (us of the thread's CPU time)."""
     times = []
     for _ in range(batches):
         start = time.thread_time()

@@ -62,7 +62,7 @@ TWINS = {
     "stale surroundings": (C.STALE, BORROW, parked(age_s=0.6), parked(age_s=0.4)),
     "nothing of that name": (C.NO_PATH, BORROW, World(TWO_WAY, [thing("other", 65.0)]), parked()),
     "no lane to borrow": (C.NO_PATH, BORROW, parked(straight_road(oncoming=None)), parked()),
-    "too near to swing out": (C.NO_PATH, BORROW, parked(x=56.5), parked(x=50.0)),
+    "too near to swing out": (C.NO_PATH, BORROW, parked(x=57.5), parked(x=50.0)),
     "a lane of oncoming traffic is no lane to change to": (C.NO_PATH, LEFT, World(TWO_WAY), World(MULTI)),
     "an oncoming lane is not kept": (C.NO_PATH, AHEAD, World(TWO_WAY, y=3.0), World(TWO_WAY, y=0.5)),
     "a wall in the way": (

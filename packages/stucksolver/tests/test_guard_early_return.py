@@ -13,7 +13,7 @@ from stucksolver.guard import NOBODY, Guard, RejectCode
 from stucksolver.guard.context import CheckContext
 from stucksolver.guard.early_return import early_return
 from stucksolver.plan import return_to_lane
-from stucksolver.plan.behaviors import BorrowOncomingLane
+from stucksolver.plan.behaviors import BorrowOncomingLane, borrow_oncoming_lane
 from stucksolver.scene import ObjectKind
 from test_guard_proofs import MANY
 from worlds import World, straight_road, thing
@@ -78,6 +78,7 @@ def test_early_return_too_soon_is_rejected(kind, speed, monkeypatch):
     world = World(ROAD, [lead(kind, 70.0, 0.0)])
     assert judged(world, speed)[0].accepted
     monkeypatch.setattr(return_to_lane, "CLEAR_M", SOON_M)
+    monkeypatch.setattr(borrow_oncoming_lane, "lack_toward_objects", lambda *_: 0.0)  # no second path
     rejects = judged(world, speed)[0].rejects
     assert [(r.code, r.object_id) for r in rejects] == [(RejectCode.GAP, "lead")]
     assert rejects[0].gap_m < MOST_M + 0.1

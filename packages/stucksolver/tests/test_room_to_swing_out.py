@@ -9,7 +9,7 @@ import pytest
 from grids import each_value, sample
 from stucksolver.guard import Guard, RejectCode, RejectReason, Verdict
 from stucksolver.plan import RecoveryPlan
-from stucksolver.plan.behaviors import ChangeLane
+from stucksolver.plan.behaviors import KeepLane
 from stucksolver.reasoners import ReasonerRequest, RuleReasoner
 from stucksolver.scene import AttemptOutcome, FailedAttempt, LaneDirection, LineKind, ObjectKind, RoadGeometry
 from stucksolver.solver import EventKind
@@ -46,7 +46,7 @@ def parked(gap_m: float, aside_m: float = 0.0, **more: object):
 def test_verdict_gap_names_the_object_that_is_too_near():
     """A refusal for a gap keeps the object's id, and so does the attempt that the reasoner gets."""
     world = World(ROADS["lane on the left"], [parked(4.5)])
-    plan = RecoveryPlan(behaviors=(ChangeLane(side="left", distance_m=30.0, speed_mps=5.5),))
+    plan = RecoveryPlan(behaviors=(KeepLane(distance_m=30.0, speed_mps=5.5),))
     verdict = Guard().accept(plan.behaviors, world.view(), False)[0]
     assert verdict.too_near == ("lead",)
     (attempt,) = AttemptHistory(3).with_attempt(plan, AttemptOutcome.REJECTED, 0.0, verdict=verdict).attempts

@@ -23,6 +23,8 @@ class RejectReason(FrozenModel):
     """Required sight distance (m), for `RejectCode.ONCOMING_SIGHT`. `time_s` is the time for traffic to arrive."""
     seen_m: float | None = None
     """Available sight distance (m), for the same code."""
+    back_up_m: float | None = None
+    """Distance to back up from which a path was found (m), for `RejectCode.NO_PATH`."""
     margin: float | None = None
     """Margin of the requirement, in `unit`: negative, because it is not met. None if it has no amount."""
     unit: Literal["m", "s", "m/s"] | None = None
@@ -81,7 +83,20 @@ class Verdict(FrozenModel):
 
 def no_path(error: NoPathError) -> Verdict:
     """Return the verdict that rejects behaviors without a path."""
-    return Verdict(rejects=(RejectReason(code=RejectCode.NO_PATH, detail=str(error), failure=error.failure),))
+    short_m = error.short_m
+    return Verdict(
+        rejects=(
+            RejectReason(
+                code=RejectCode.NO_PATH,
+                detail=str(error),
+                failure=error.failure,
+                object_id=error.object_id,
+                margin=None if short_m is None else -short_m,
+                unit=None if short_m is None else "m",
+                back_up_m=error.back_up_m,
+            ),
+        )
+    )
 
 
 OK = Verdict()

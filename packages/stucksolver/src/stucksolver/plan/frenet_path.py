@@ -98,6 +98,10 @@ class FrenetPath:
         speed[-1] = 0.0
         return replace(self, speed=speed, stops=True)
 
+    def within(self, speed_mps: float) -> FrenetPath:
+        """Return the same path at no more than one speed (m/s)."""
+        return replace(self, speed=np.minimum(self.speed, speed_mps))
+
     def no_quicker(self, limits_mps: Array) -> FrenetPath:
         """Return the same path within speed limits (stations,) (m/s); it brakes softly before a lower limit."""
         over = self.speed > limits_mps

@@ -1,4 +1,4 @@
-"""Finds the longest lateral shift that stays clear of an obstacle just ahead."""
+"""Finds the longest lateral shift that stays clear of an obstacle just ahead; where none does, a searched path."""
 
 from __future__ import annotations
 
@@ -6,11 +6,13 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from stucksolver.plan.behaviors.behavior import BehaviorStart, NoPathError
+from stucksolver.plan.behaviors.behavior import CREEP_MPS, BehaviorStart, NoPathError
 from stucksolver.plan.frenet_path import FrenetPath, lateral, shortest_shift, turned_shift
+from stucksolver.plan.object_gaps import bounded_speed
+from stucksolver.plan.path_search import SPAN_M, Goal, search_path
 from stucksolver.scene.boxes import separation
 from stucksolver.scene.failed_attempts import PlanFailure
-from stucksolver.scene.frenet import Array
+from stucksolver.scene.frenet import Array, Lane
 from stucksolver.scene.frenet_scene import FrenetScene
 
 NEARER_M = 0.05
@@ -39,7 +41,12 @@ The second list applies to pedestrians and cyclists. The last values are just ab
 
 
 def lateral_shift(
-    view: FrenetScene, start: BehaviorStart, d_to: float, speed_mps: float, gentle_m: float = 0.0
+    view: FrenetScene,
+    start: BehaviorStart,
+    d_to: float,
+    speed_mps: float,
+    gentle_m: float = 0.0,
+    lanes: tuple[Lane, ...] = (),
 ) -> FrenetPath:
     """Return a lateral shift to `d_to`, as long and thus as gentle as the space ahead allows.
 
@@ -49,11 +56,11 @@ def lateral_shift(
         d_to: Lateral offset at the end (m, left positive).
         speed_mps: Upper bound on the speed (m/s).
         gentle_m: Least length of the gentlest shift (m).
+        lanes: Lanes that a searched path must not leave; those at the start and at `d_to` if there are none.
 
     Raises:
         NoPathError: The ego would touch a stationary object ahead even at its smallest turning radius.
     """
-    side = d_to - start.d_m
     standing = np.flatnonzero(~view.moving)
     nearest: list[tuple[FrenetPath, Array]] = []
     for path in _shifts(view, start, d_to, speed_mps, gentle_m):
@@ -63,18 +70,41 @@ def lateral_shift(
     for smaller in range(1, len(CORNER_CLEARANCES_M)):
         for path, gap in nearest:
             if _is_clear(view, standing, gap, smaller):
-                return path
-    way_there = start.s_m - view.ego_s
+                return _slowed(view, path, float(path.heading()[0]))
     short = _too_near(view, standing, nearest[-1][1])
-    if way_there > LATER_M:
-        raise NoPathError(
-            PlanFailure.NO_ROOM_TO_COME_BACK,
-            f"no room to return by {abs(side):.1f} m, {way_there:.0f} m ahead: {short}",
-        )
-    raise NoPathError(
-        PlanFailure.NO_SPACE_TO_PULL_AROUND,
-        f"no room to pull out by {abs(side):.1f} m: {short}",
-    )
+    return _searched(view, start, d_to, speed_mps, lanes or lanes_between(view, start, d_to), short)
+
+
+def lanes_between(view: FrenetScene, start: BehaviorStart, d_to: float) -> tuple[Lane, ...]:
+    """Return the lanes at the start and at an offset beside it (m); none if one of the two is off the lanes."""
+    found = view.frame.lane_at(start.s_m, start.d_m), view.frame.lane_at(start.s_m, d_to)
+    lanes = tuple(lane for lane in found if lane is not None)
+    return lanes if len(lanes) == len(found) else ()
+
+
+def _slowed(view: FrenetScene, path: FrenetPath, yaw_rad: float) -> FrenetPath:
+    """Return the same path no faster than its gaps allow, and at walking pace throughout if one of them requires that.
+
+    So a tight shift does not accelerate toward a door, where a small tracking error would be too much.
+    """
+    bounded = bounded_speed(view, path, yaw_rad)
+    return bounded.within(CREEP_MPS) if bounded.speed.min() < CREEP_MPS + 0.1 else bounded
+
+
+def _searched(
+    view: FrenetScene, start: BehaviorStart, d_to: float, speed_mps: float, lanes: tuple[Lane, ...], short: str
+) -> FrenetPath:
+    """Return a searched path to `d_to`; see `lateral_shift`. `short` says what the tightest shift lacks."""
+    try:
+        path = search_path(view, start, Goal(d_to, start.s_m + SPAN_M), lanes)
+    except NoPathError as error:
+        way_there, side = start.s_m - view.ego_s, abs(d_to - start.d_m)
+        failure, text = PlanFailure.NO_SPACE_TO_PULL_AROUND, f"no room to pull out by {side:.1f} m: {short}"
+        if way_there > LATER_M:
+            failure = PlanFailure.NO_ROOM_TO_COME_BACK
+            text = f"no room to return by {side:.1f} m, {way_there:.0f} m ahead: {short}"
+        raise error.said_as(failure, text) from None
+    return _slowed(view, path.within(speed_mps), start.yaw_rad)
 
 
 def _shifts(

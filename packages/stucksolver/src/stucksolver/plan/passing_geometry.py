@@ -10,7 +10,7 @@ from stucksolver.plan.behaviors.behavior import BehaviorStart, NoPathError
 from stucksolver.plan.frenet_path import FrenetPath, straight
 from stucksolver.plan.speed_profile import slow_launch
 from stucksolver.scene.failed_attempts import PlanFailure
-from stucksolver.scene.frenet import Lane
+from stucksolver.scene.frenet import Array, Lane
 from stucksolver.scene.frenet_scene import FrenetScene
 from stucksolver.scene.road import LaneDirection, LaneKind
 
@@ -42,6 +42,10 @@ SPEED_MARGIN_MPS = 0.5
 """Assumed error of the speed of a passed road user (m/s): it may be faster by this much. Ours."""
 MOVES_MPS = 0.5
 """Speed along the road above which an object counts as moving (m/s): `PredictionPolicy.along_mps`."""
+FAR_CLEARANCE_M = 1.15
+"""Planned clearance from a stationary object on the far side of the pass (m): `TrackingPolicy.error_m` plus
+`HarmPolicy.touch_m`, which the guard requires where the path leads toward it, and 0.15 m for the front corner.
+"""
 EDGE_M = 0.1
 """Distance that the ego's body keeps from the far edge of the oncoming lane (m). Ours."""
 MOST_ABREAST_M = 400.0
@@ -67,6 +71,8 @@ class PassPlan:
     """True if the road is so narrow that only walking pace is allowed."""
     gentle_m: float = 0.0
     """Least length of the shift out of the lane, if there is space for it (m)."""
+    least_offset_m: float = np.inf
+    """Least offset beside the objects (m), if there are others on the far side that the path must not lead toward."""
 
 
 def borrowed_lane(view: FrenetScene, s: float) -> Lane | None:
@@ -90,38 +96,85 @@ def find_passing(view: FrenetScene, start: BehaviorStart, object_id: str, lane: 
     Raises:
         NoPathError: The object is not detected or not in the ego's path, or the lane is too narrow.
     """
-    target = view.index_of(object_id)
-    if target is None:
-        raise NoPathError(PlanFailure.NOT_SEEN, f"object {object_id} is not detected")
-    which = _group(view, start, target)
-    if not which:
-        raise NoPathError(PlanFailure.NOT_IN_THE_WAY, f"object {object_id} is not in the ego's path")
-    half = view.ego.width_m / 2
+    target, which = _passed(view, start, object_id)
     _, center, left = lane.at(float(view.s[target]))
-    limit = left - half - EDGE_M
+    limit = left - view.ego.width_m / 2 - EDGE_M
     least = _beside(view, which, NARROW_CLEARANCE_M, NARROW_VULNERABLE_CLEARANCE_M)
     if least > limit:
         raise NoPathError(
             PlanFailure.LANE_TOO_NARROW,
             f"oncoming lane too narrow to pass {object_id}: offset at most {limit:.2f} m, required {least:.2f} m",
+            object_id=object_id,
+            short_m=least - limit,
         )
-    moving = max(float(view.vs[i]) for i in which)
-    near = min(float(view.s[i] - view.along[i]) for i in which) - start.s_m - view.ego.length_m / 2
+    moving = float(view.vs[which].max())
+    near = float((view.s[which] - view.along[which]).min()) - start.s_m - view.ego.length_m / 2
     fast = speed_mps > QUICK_MPS and moving > MOVES_MPS and near > QUICK_SHIFT_M
-    wide = fast and any(view.vulnerable[i] for i in which)
+    wide = fast and bool(view.vulnerable[which].any())
     people_m = QUICK_VULNERABLE_CLEARANCE_M if wide else VULNERABLE_CLEARANCE_M
     desired = _beside(view, which, CLEARANCE_M if speed_mps <= QUICK_MPS else QUICK_CLEARANCE_M, people_m)
     # Beside a moving object the ego uses the whole oncoming lane, beside a stationary one no more than needed.
     offset = max(desired, center) if moving > MOVES_MPS else desired
-    far = max(which, key=lambda i: float(view.s[i] + view.along[i]))
+    others = _on_the_left(view, start, which)
+    least, limit = _between(view, others, least, limit)
+    far_s = float((view.s[which] + view.along[which]).max())
     return PassPlan(
-        tuple(view.objects[i].id for i in which),
-        min(offset, limit),
-        float(view.s[far] + view.along[far]),
+        tuple(view.objects[int(i)].id for i in which),
+        min(max(offset, least), limit),
+        far_s,
         max(moving, 0.0),
         moving <= MOVES_MPS and limit < _beside(view, which, DOOR_M, VULNERABLE_CLEARANCE_M),
         QUICK_SHIFT_M if wide else 0.0,
+        least if len(others) else np.inf,
     )
+
+
+def _between(view: FrenetScene, others: Array, least: float, limit: float) -> tuple[float, float]:
+    """Return the least and greatest offset of the ego's center between stationary objects on both sides (m).
+
+    The greatest one keeps `FAR_CLEARANCE_M` on the far side, or lies in the middle if there is less room.
+
+    Args:
+        view: Surroundings in road coordinates.
+        others: Indices of the objects to the left of the passed ones.
+        least: Least offset beside the passed objects (m).
+        limit: Greatest offset within the lane (m).
+
+    Raises:
+        NoPathError: An object leaves too little room on both of its sides.
+    """
+    if not len(others):
+        return least, limit
+    half, vulnerable = view.ego.width_m / 2, view.vulnerable[others]
+    narrow_m = np.where(vulnerable, NARROW_VULNERABLE_CLEARANCE_M, NARROW_CLEARANCE_M)
+    roomy_m = np.where(vulnerable, VULNERABLE_CLEARANCE_M, FAR_CLEARANCE_M)
+    right, left = view.d[others] - view.across[others] - half, view.d[others] + view.across[others] + half
+    near = (right - narrow_m < least) & (left + narrow_m <= limit)
+    least = max(least, float((left + narrow_m)[near].max(initial=-np.inf)))
+    edge, others = right[~near], others[~near]
+    right = edge - roomy_m[~near]
+    lack = least - right
+    if len(lack) and float(lack.max()) > 0.0:
+        obj, short_m = view.objects[int(others[int(lack.argmax())])], float(lack.max())
+        raise NoPathError(
+            PlanFailure.LANE_TOO_NARROW,
+            f"{obj.kind.value} {obj.id} beside the passed object: {short_m:.2f} m short",
+            object_id=obj.id,
+            short_m=short_m,
+        )
+    roomy = min(limit, float(right.min(initial=np.inf)))
+    middle = (least - NARROW_CLEARANCE_M + float(edge.min(initial=np.inf))) / 2
+    return least, min(limit, max(roomy, middle))
+
+
+def _on_the_left(view: FrenetScene, start: BehaviorStart, which: Array) -> Array:
+    """(found,): indices of stationary objects that reach further left than the passed ones, beside the ego's path."""
+    edge = float((view.d[which] + view.across[which]).max())
+    until_s = float((view.s[which] + view.along[which]).max()) + view.ego.length_m
+    beside = (view.s + view.along > start.s_m) & (view.s - view.along < until_s)
+    found = ~view.moving & beside & (view.d + view.across > edge)
+    found[which] = False
+    return np.flatnonzero(found)
 
 
 def standing_beyond(view: FrenetScene, passing: PassPlan) -> float:
@@ -141,13 +194,21 @@ def standing_beyond(view: FrenetScene, passing: PassPlan) -> float:
     return min(near, default=np.inf)
 
 
-def _beside(view: FrenetScene, which: list[int], clearance_m: float, vulnerable_clearance_m: float) -> float:
+def _beside(view: FrenetScene, which: Array, clearance_m: float, vulnerable_clearance_m: float) -> float:
     """Return the lateral offset at which the ego's center keeps the clearance from all of the objects (m)."""
-    edges = [
-        float(view.d[i] + view.across[i]) + (vulnerable_clearance_m if view.vulnerable[i] else clearance_m)
-        for i in which
-    ]
-    return max(edges) + view.ego.width_m / 2
+    clearance = np.where(view.vulnerable[which], vulnerable_clearance_m, clearance_m)
+    return float((view.d[which] + view.across[which] + clearance).max()) + view.ego.width_m / 2
+
+
+def _passed(view: FrenetScene, start: BehaviorStart, object_id: str) -> tuple[int, Array]:
+    """Return the index of a given object, and those of the objects to pass with it (found,). See `find_passing`."""
+    target = view.index_of(object_id)
+    if target is None:
+        raise NoPathError(PlanFailure.NOT_SEEN, f"object {object_id} is not detected")
+    which = _group(view, start, target)
+    if not which:
+        raise NoPathError(PlanFailure.NOT_IN_THE_WAY, f"object {object_id} is not in the ego's path")
+    return target, np.array(which)
 
 
 def _group(view: FrenetScene, start: BehaviorStart, target: int) -> list[int]:

@@ -1,4 +1,7 @@
-"""Plans the return to the ego's lane after a pass: it begins as soon as the tail is clear, and drives on or stops."""
+"""Plans the return to the ego's lane after a pass: it begins as soon as the tail is clear, and drives on or stops.
+
+Where no cosine shift fits, the return is a searched path. The same search finds a whole pass from the ego's pose.
+"""
 
 from __future__ import annotations
 
@@ -6,12 +9,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from stucksolver.plan.behaviors.behavior import CREEP_MPS, NoPathError
-from stucksolver.plan.frenet_path import FrenetPath, landing_m, return_path, shortest_shift
-from stucksolver.plan.passing_geometry import DOOR_M, PassPlan, standing_beyond
+from stucksolver.plan.behaviors.behavior import CREEP_MPS, BehaviorStart, NoPathError
+from stucksolver.plan.frenet_path import STEP_M, FrenetPath, landing_m, return_path, shortest_shift, straight
+from stucksolver.plan.object_gaps import bounded_speed, comes_too_near
+from stucksolver.plan.passing_geometry import CLEARANCE_M, DOOR_M, PassPlan, standing_beyond
+from stucksolver.plan.path_search import Goal, search_path
 from stucksolver.scene.boxes import separation
 from stucksolver.scene.failed_attempts import PlanFailure
-from stucksolver.scene.frenet import Array
+from stucksolver.scene.frenet import Array, Lane
 from stucksolver.scene.frenet_scene import FrenetScene
 from stucksolver.scene.objects import VEHICLES
 
@@ -65,8 +70,7 @@ def way_back(
     Raises:
         NoPathError: The space is too short for a return.
     """
-    half, tight = view.ego.length_m / 2, view.ego.limits.min_turn_radius_m
-    last_s = min(standing_beyond(view, passing) - STOP_GAP_M - half, view.frame.end_m)
+    tight, last_s = view.ego.limits.min_turn_radius_m, _last_s(view, passing)
     shortest = max(shortest_shift(out.end_d, tight), LEAST_BACK_M)
     gentle, landing = max(GENTLE_S * beside_mps, GENTLE_M, shortest), landing_m(back_mps) + 2.0
     for length in np.linspace(gentle, shortest, LENGTHS):
@@ -78,12 +82,55 @@ def way_back(
         path = return_path(
             (out.end_s, out.end_d), back_s, float(length), min(over_s + landing, last_s), beside_mps, view
         )
+        if comes_too_near(view, path, 0.0):
+            continue
         path = replace(path, speed=np.where(path.s > over_s, back_mps, path.speed))
         return path.stopping() if stops else path
-    raise NoPathError(
-        PlanFailure.NO_ROOM_TO_COME_BACK,
-        f"no room to return: {last_s - back_s:.1f} m left, required {shortest + STRAIGHT_M:.1f} m",
-    )
+    text = f"no room to return: {last_s - back_s:.1f} m left, required {shortest + STRAIGHT_M:.1f} m"
+    start = BehaviorStart(out.end_s, out.end_d, 0.0)  # it may slow down for the return
+    try:
+        return searched_way_home(view, start, passing, beside_mps, back_mps)
+    except NoPathError as error:
+        raise error.said_as(PlanFailure.NO_ROOM_TO_COME_BACK, text) from None
+
+
+def _last_s(view: FrenetScene, passing: PassPlan) -> float:
+    """Return the arc length at which the ego must be back in its lane and stopped (m)."""
+    return min(standing_beyond(view, passing) - STOP_GAP_M - view.ego.length_m / 2, view.frame.end_m)
+
+
+def searched_way_home(
+    view: FrenetScene,
+    start: BehaviorStart,
+    passing: PassPlan,
+    beside_mps: float,
+    back_mps: float,
+    lanes: tuple[Lane, ...] = (),
+) -> FrenetPath:
+    """Return a searched path from `start`, past the objects, into the ego's lane and along it; it may have to stop.
+
+    Args:
+        view: Surroundings in road coordinates.
+        start: Start, in the oncoming lane or in the ego's own.
+        passing: Stationary objects to pass.
+        beside_mps: Upper bound on the speed until the ego is back (m/s).
+        back_mps: Upper bound on the speed after that (m/s).
+        lanes: Lanes that the path must not leave; the drivable area if there are none.
+
+    Raises:
+        NoPathError: There is no path, or the objects to pass move.
+    """
+    if passing.speed_mps > MOVES_MPS:
+        raise NoPathError(PlanFailure.NO_ROOM_TO_COME_BACK, "the passed object moves")
+    last_s, half = _last_s(view, passing), view.ego.length_m / 2
+    goal = Goal(0.0, last_s - STRAIGHT_M, min(passing.far_s + half, last_s - STRAIGHT_M))
+    back = search_path(view, start, goal, lanes, desired_m=CLEARANCE_M).within(beside_mps)
+    back = bounded_speed(view, back, start.yaw_rad)
+    room_m, landing = last_s - back.end_s, landing_m(back_mps) + 2.0
+    stops = room_m < landing
+    length_m = STEP_M * int(min(room_m, landing) / STEP_M)
+    path = back.then(straight(back.end_s, 0.0, length_m, back_mps)) if length_m > 0.0 else back
+    return path.stopping() if stops else path
 
 
 def _soonest(

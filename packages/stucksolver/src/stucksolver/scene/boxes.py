@@ -44,13 +44,16 @@ class AxisGaps(NamedTuple):
 def axis_gaps(a: Pose, a_half: HalfSize, b: Pose, b_half: HalfSize) -> AxisGaps:
     """Return the gaps between two boxes, or between many pairs; poses and sizes broadcast together."""
     dx, dy = np.asarray(b[0]) - a[0], np.asarray(b[1]) - a[1]
-    axes, cos, sin = _axes(a, a_half, b, b_half)
+    axes, cos, sin = separating_axes(a, a_half, b, b_half)
     along_a, across_a, along_b, across_b = (np.abs(dx * x + dy * y) - reach for x, y, reach in axes)
     return AxisGaps(along_a, across_a, along_b, across_b, cos, sin)
 
 
-def _axes(a: Pose, a_half: HalfSize, b: Pose, b_half: HalfSize) -> tuple[tuple[Axis, ...], Array, Array]:
-    """Return the axes along and across a and b, and the absolute cosine and sine of the angle between the boxes."""
+def separating_axes(a: Pose, a_half: HalfSize, b: Pose, b_half: HalfSize) -> tuple[tuple[Axis, ...], Array, Array]:
+    """Return the axes along and across a and b, and the absolute cosine and sine of the angle between the boxes.
+
+    Poses and sizes broadcast together; only the headings of the poses are used.
+    """
     ca, sa, cb, sb = np.cos(a[2]), np.sin(a[2]), np.cos(b[2]), np.sin(b[2])
     # The addition theorems need only the sines and cosines of the headings, which are far fewer than the pairs.
     cos, sin = np.abs(ca * cb + sa * sb), np.abs(ca * sb - sa * cb)
@@ -91,7 +94,7 @@ def time_to_contact(a: Pose, a_half: HalfSize, b: Pose, b_half: HalfSize, relati
     dx, dy = np.asarray(b[0]) - a[0], np.asarray(b[1]) - a[1]
     begins: Array = np.zeros(np.shape(dx))
     ends: Array = np.full(np.shape(dx), np.inf)
-    for x, y, reach in _axes(a, a_half, b, b_half)[0]:
+    for x, y, reach in separating_axes(a, a_half, b, b_half)[0]:
         begin, end = _overlap_span(dx * x + dy * y, relative_mps[0] * x + relative_mps[1] * y, reach)
         begins, ends = np.maximum(begins, begin), np.minimum(ends, end)
     result: Array = np.where(begins <= ends, begins, np.inf)

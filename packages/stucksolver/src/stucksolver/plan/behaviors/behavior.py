@@ -274,8 +274,30 @@ def no_place_to_stand(view: FrenetScene) -> str | None:
 
 
 class NoPathError(Exception):
-    """There is no path for a behavior here. `failure` is the code; the message is for people."""
+    """There is no path for a behavior here. The message is for people.
 
-    def __init__(self, failure: PlanFailure, text: str) -> None:
+    Attributes:
+        failure: Code.
+        object_id: Object that lacks the most clearance or room; None if no object does.
+        short_m: Lack of clearance from this object, or of length along the road (m); None if it is unknown.
+        back_up_m: Distance by which the ego must back up for a path (m); None if backing up is not known to help.
+    """
+
+    def __init__(
+        self,
+        failure: PlanFailure,
+        text: str,
+        *,
+        object_id: str | None = None,
+        short_m: float | None = None,
+        back_up_m: float | None = None,
+    ) -> None:
         super().__init__(text)
         self.failure = failure
+        self.object_id = object_id
+        self.short_m = short_m
+        self.back_up_m = back_up_m
+
+    def said_as(self, failure: PlanFailure, text: str) -> NoPathError:
+        """Return the same error with another code and text."""
+        return NoPathError(failure, text, object_id=self.object_id, short_m=self.short_m, back_up_m=self.back_up_m)

@@ -2,8 +2,10 @@
 
 import math
 from dataclasses import replace
+from functools import partial
 from typing import ClassVar, Literal
 
+import numpy as np
 from pydantic import Field
 
 from stucksolver.plan.behaviors.behavior import (
@@ -17,14 +19,18 @@ from stucksolver.plan.behaviors.behavior import (
     PlanPhrase,
 )
 from stucksolver.plan.frenet_path import FrenetPath
-from stucksolver.plan.lateral_shift import lateral_shift
+from stucksolver.plan.lateral_shift import lanes_between, lateral_shift
+from stucksolver.plan.object_gaps import lack_toward_objects
 from stucksolver.plan.passing_geometry import PassPlan, borrowed_lane, find_passing, length_abreast
-from stucksolver.plan.return_to_lane import way_back
+from stucksolver.plan.return_to_lane import searched_way_home, way_back
 from stucksolver.scene.failed_attempts import PlanFailure
 from stucksolver.scene.frenet_scene import FrenetScene
 from stucksolver.scene.interpretation import DirectedSide, GuidanceIntent
 from stucksolver.scene.road import LaneDirection, LaneKind
 from stucksolver.scene.scene import Scene
+
+OFFSETS = 5
+"""Number of offsets beside the passed objects that are tried, each nearer to them. Ours."""
 
 
 class BorrowOncomingLane(Behavior):
@@ -75,12 +81,42 @@ class BorrowOncomingLane(Behavior):
         lane = borrowed_lane(view, start.s_m)
         if lane is None:
             raise NoPathError(PlanFailure.NO_LANE, "there is no oncoming lane on the left")
-        passing: PassPlan = find_passing(view, start, self.past_object_id, lane, self.speed_mps)
+        passing = find_passing(view, start, self.past_object_id, lane, self.speed_mps)
         speed = min(self.speed_mps, CREEP_MPS) if passing.slowly else self.speed_mps
-        out = lateral_shift(view, start, passing.offset_m, speed, passing.gentle_m)
-        past_s = out.end_s + length_abreast(view, start, out, passing, speed)
+        path = self._path(view, start, passing, speed)
+        return replace(path, enters=(lane,), passes=passing.ids, returns=True)
+
+    def _path(self, view: FrenetScene, start: BehaviorStart, passing: PassPlan, speed_mps: float) -> FrenetPath:
+        """Return two shifts, or a searched path where they do not fit or lead toward another object too closely."""
+        shifted = partial(self._shifted, view, start, speed_mps=speed_mps)
+        lanes = lanes_between(view, start, passing.offset_m)
+        found: list[tuple[float, FrenetPath]] = []
+        why: NoPathError | None = None
+        least_m = min(passing.offset_m, passing.least_offset_m)
+        for offset_m in np.linspace(passing.offset_m, least_m, OFFSETS if least_m < passing.offset_m else 1):
+            try:
+                path = shifted(passing=replace(passing, offset_m=float(offset_m)))
+            except NoPathError as error:
+                why = why or error
+                continue
+            lack_m = lack_toward_objects(view, path, start.yaw_rad)
+            if lack_m <= 0.0:
+                return path
+            found.append((lack_m, path))
+        try:
+            path = searched_way_home(view, start, passing, speed_mps, self.speed_mps, lanes)
+            found.append((lack_toward_objects(view, path, start.yaw_rad), path))
+        except NoPathError as error:
+            why = why or error
+        if not found:
+            raise why or NoPathError(PlanFailure.NO_SPACE_TO_PULL_AROUND, "no path")
+        return min(found, key=lambda pair: pair[0])[1]
+
+    def _shifted(self, view: FrenetScene, start: BehaviorStart, passing: PassPlan, speed_mps: float) -> FrenetPath:
+        """Return a shift out, a stretch beside the objects, and a shift back."""
+        out = lateral_shift(view, start, passing.offset_m, speed_mps, passing.gentle_m)
+        past_s = out.end_s + length_abreast(view, start, out, passing, speed_mps)
         # A short pass ends before the vehicle reaches the allowed speed, because it is still accelerating.
         gains = 2 * view.ego.limits.comfort_acceleration_mps2 * (past_s - start.s_m)
-        reached = min(speed, math.sqrt(start.speed_mps**2 + gains))
-        back = way_back(view, out, passing, past_s, reached, self.speed_mps)
-        return replace(out.then(back), enters=(lane,), passes=passing.ids)
+        reached = min(speed_mps, math.sqrt(start.speed_mps**2 + gains))
+        return out.then(way_back(view, out, passing, past_s, reached, self.speed_mps))

@@ -64,7 +64,7 @@ class Nudge(Behavior):
         start = replace(start, yaw_rad=0.0)  # it ends inside the lane, so it begins by turning back
         for share in SHARES:
             aside = share * (target - start.d_m)
-            out = lateral_shift(view, start, start.d_m + aside, self.speed_mps)
+            out = lateral_shift(view, start, start.d_m + aside, self.speed_mps, lanes=(lane,))
             if float((turn * out.d + body_reach(out, view)).max()) <= (left if turn > 0 else -right) + 2 * EDGE_M:
                 rest = max(start.s_m + self.distance_m - out.end_s, 0.5)
                 return out.then(straight(out.end_s, out.end_d, rest, self.speed_mps)).stopping()

@@ -6,6 +6,7 @@ from typing import ClassVar, Literal
 from pydantic import Field
 
 from stucksolver.plan.behaviors.behavior import MOVING_CHECKS, Behavior, BehaviorStart, Check, NoPathError, PlanPhrase
+from stucksolver.plan.behaviors.keep_lane import turned_into_lane
 from stucksolver.plan.frenet_path import FrenetPath, along_lane, landing_m
 from stucksolver.plan.lateral_shift import lateral_shift
 from stucksolver.scene.failed_attempts import PlanFailure
@@ -42,8 +43,11 @@ class RejoinRoute(Behavior):
         if home is None:
             raise NoPathError(PlanFailure.NO_LANE, "the route has no lane here")
         here = view.frame.lane_at(start.s_m, start.d_m)
-        out = lateral_shift(view, start, 0.0, self.speed_mps) if abs(start.d_m) > 0.1 else None
-        s, d = (start.s_m, start.d_m) if out is None else (out.end_s, out.end_d)
-        on = along_lane(home, s, d, landing_m(self.speed_mps) + 2.0, self.speed_mps)
-        path = on if out is None else out.then(on)
+        length_m = landing_m(self.speed_mps) + 2.0
+        path = turned_into_lane(view, start, home, length_m, self.speed_mps)
+        if path is None:
+            out = lateral_shift(view, start, 0.0, self.speed_mps) if abs(start.d_m) > 0.1 else None
+            s, d = (start.s_m, start.d_m) if out is None else (out.end_s, out.end_d)
+            on = along_lane(home, s, d, length_m, self.speed_mps)
+            path = on if out is None else out.then(on)
         return replace(path, enters=() if here is home else (home,), returns=True)

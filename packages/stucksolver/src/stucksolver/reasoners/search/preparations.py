@@ -65,9 +65,12 @@ def _role(kind: type[Behavior]) -> str | None:
 
 
 def _back_m(scene: Scene, assessment: PlanAssessment) -> tuple[float, ...]:
+    """Return distances to back up: first those from which a path is known, then the missing room, then others."""
+    known = [item.back_up_m for item in assessment.shortfalls if item.back_up_m is not None]
     missing = [item.missing for item in assessment.shortfalls if item.unit == "m" and item.missing is not None]
-    needed = [math.ceil(2.0 * (max(missing) + more)) / 2.0 for more in SAFETY_M] if missing else []
-    return tuple(sorted({*(way for way in needed if way <= BACK_M[-1]), *BACK_M}))
+    wanted = [max(found) + more for found in (known, missing) if found for more in SAFETY_M]
+    ways = (math.ceil(2.0 * max(way, BACK_M[0])) / 2.0 for way in wanted if way <= BACK_M[-1])
+    return tuple(dict.fromkeys((*ways, *BACK_M)))
 
 
 def _forward_m(scene: Scene) -> tuple[float, ...]:
