@@ -20,6 +20,7 @@ from stucksolver_eval.metrics.columns import (
     recovery_row,
     run_name,
 )
+from stucksolver_eval.metrics.right_reaction import TypeRow, type_rows
 from stucksolver_eval.metrics.summary import RouteRow, Summary
 from stucksolver_eval.results.checkpoint import status_text
 from stucksolver_eval.terminal_table import table
@@ -63,11 +64,26 @@ def summary_text(summaries: list[Summary]) -> str:
         filled(MEANING),
         table(ABILITY_HEAD, [ability_row(s) for s in summaries]),
         table(RECOVERY_HEAD, [recovery_row(s) for s in summaries]),
+        *(reaction_text(s) for s in summaries),
         "\n".join(filled(f"{run_name(s)}: {_statuses(s)}") for s in summaries),
     ]
     warned = [banner for s in summaries for banner in banners(s)]
     words = [f"guidance to {run_name(s)}: {guidance_text(s)}" for s in summaries if s.recovery.said]
     return "\n\n".join(part for part in (*parts, *map(filled, words), *map(filled, warned)) if part)
+
+
+def reaction_text(summary: Summary) -> str:
+    """Return a line for each situation whose reaction has a time limit: right or wrong, and why. Empty without any."""
+    rows = reactions(summary)
+    total = (
+        f"{run_name(summary)}: {sum(row.right for row in rows)} of {sum(row.drives for row in rows)} reactions right"
+    )
+    return "\n".join(map(filled, (total, *(row.text for row in rows)))) if rows else ""
+
+
+def reactions(summary: Summary) -> list[TypeRow]:
+    """Return the judgments of the situations whose reaction has a time limit."""
+    return type_rows(row.outcome for row in summary.rows if row.outcome is not None)
 
 
 def banners(summary: Summary) -> list[str]:
@@ -113,6 +129,7 @@ def summary_data(summary: Summary) -> dict[str, Any]:
         "recovery": recovery,
         "statuses": dict(summary.statuses.most_common()),
         "per_scenario": per_scenario(summary),
+        "reactions": [dataclasses.asdict(row) for row in reactions(summary)],
     }
 
 

@@ -1,0 +1,385 @@
+"""Situations from public reports: one class stages each of them from a row of a table.
+
+A row says what is placed where, how it moves, and which reaction is right until when. Positions are relative to the
+`place`: a point on the hero's lane `distance` beyond the trigger, or the entry of its next junction. Times count from
+the moment at which the hero has arrived (mark `met`). The numbers are ours.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, ClassVar, Literal
+
+import carla
+
+from stucksolver_eval.actors import Car, ScenarioActor
+from stucksolver_eval.actors.actor_pool import lamps
+from stucksolver_eval.scenario_context import ScenarioContext
+from stucksolver_eval.scenarios.families.crossing_actors import WALKER_LIFT_M
+from stucksolver_eval.scenarios.families.junction import JunctionScenario
+from stucksolver_eval.scenarios.families.lane_places import edge_m, offset_pose, run_of_lane
+from stucksolver_eval.scenarios.families.mistaken_lights import MistakenEgo, MistakenLight, PhantomLight
+from stucksolver_eval.scenarios.families.obstacle import oncoming_flow
+from stucksolver_eval.scenarios.families.stuck import FAR_M, PASSABLE_M, QUEUE_M, STANDING_MPS
+from stucksolver_eval.scenarios.parameters import NumberParameter
+from stucksolver_eval.scenarios.registry import scenario
+from stucksolver_eval.scenarios.scenario import Expected
+from stucksolver_eval.sites.parameter_draws import Draw, IntegerDraw
+from stucksolver_eval.sites.reported_sites import AT_JUNCTION, ON_LANE, PLACES, Place
+from stucksolver_eval.sites.suite_placement import SuitePlacement
+
+Side = Literal["lane", "edge", "curb", "left", "far", "road"]
+Traffic = Literal["empty", "behind", "oncoming", "busy"]
+Schedule = tuple[tuple[float, str], ...]
+"""States by the time from which they hold (s). The first one holds before that, too."""
+PARKED_LIFT_M, ROUTE_M, END_M = 0.3, 120.0, 10.0
+"""Height at which vehicles spawn, length of a vehicle's first path, and distance after which the situation ends (m)."""
+
+
+@dataclass(frozen=True)
+class Move:
+    """From `at_s` on for `for_s`, a thing moves at `speed_mps`; vehicles along a lane, others in a direction."""
+
+    at_s: float
+    speed_mps: float = 0.0
+    for_s: float = math.inf
+    turn_deg: float = 0.0
+    """Direction relative to the hero's lane, clockwise (degrees); -90 is to the left. Not for vehicles."""
+    is_gone: bool = False
+    """True if the thing disappears instead."""
+    lamps: tuple[str, ...] | None = None
+    """New lamps of a vehicle."""
+
+
+@dataclass(frozen=True)
+class Thing:
+    """One actor. `kind` is a blueprint; vehicles stay in place until their first move."""
+
+    kind: str
+    ahead_m: float = 0.0
+    right_m: float = 0.0
+    """Distance to the right of `side` (m). For the side `road`: the share of the road's width from its left edge."""
+    side: Side = "lane"
+    """`lane` and `left`: centers of the hero's lane and of the next one to the left. `edge`, `curb` and `far`: the
+    right edges of the hero's lane and of the road, and the left edge of the lane to the left."""
+    turn_deg: float = 0.0
+    lift_m: float = 0.0
+    lamps: tuple[str, ...] = ()
+    gesture: str = ""
+    has_open_door: bool = False
+    moves: tuple[Move, ...] = ()
+    every_s: float = 0.0
+    """Period after which the moves repeat (s); 0 for never."""
+    merge_m: float = 0.0
+    """Length over which a vehicle joins its lane's center (m); 0 if it keeps its distance from it."""
+    yields: bool = True
+
+
+@dataclass(frozen=True)
+class Put:
+    """Pose at which the hero stops, relative to the place; a fault of the driver brought it there."""
+
+    ahead_m: float = 0.0
+    right_m: float = 0.0
+    turn_deg: float = 0.0
+
+
+@dataclass(frozen=True)
+class Situation:
+    """A row of the table: the situation, its source, its staging, and the right reaction."""
+
+    id: int
+    """First route id."""
+    name: str
+    about: str
+    source: str
+    expected: Expected
+    within_s: float
+    """Time for the right reaction (s). `recover`, `leave`, `ask` and `reroute`: from the arrival. `wait`: from the time
+    at which going becomes right (`free_s`)."""
+    things: tuple[Thing, ...] = ()
+    place: Place = "street"
+    free_s: float | None = None
+    traffic: Traffic = "empty"
+    near_m: float = 25.0
+    """Distance at which the hero has arrived (m)."""
+    past_m: float = 15.0
+    """Distance beyond the place at which the hero has passed (m)."""
+    lights: Schedule = ()
+    """States of the hero's light: `red`, `green` or `off`. The other lights are red, or off."""
+    perceived: Schedule = ()
+    """States of the hero's light as perceived; where no light exists, of a light at the place."""
+    put: Put | None = None
+    is_held: bool = False
+    """True if the hero does not move from its arrival on, whatever its driver does."""
+    zone_m: tuple[float, float] | None = None
+    """Start and end of a place where the hero may not stop, along its lane (m)."""
+
+
+class ReportedScenario(JunctionScenario):
+    """Stages the row `situation`. It ends when the hero has passed, or with the drive."""
+
+    situation: ClassVar[Situation]
+    timeout_s = None
+    starts = "present from the start; times count from the hero's arrival"
+    distance_m = NumberParameter("distance", 42.0, "m")
+
+    def needs(self, setting: ScenarioContext) -> str | None:
+        if not self._at_junction:
+            return None
+        missing = super().needs(setting)
+        if missing is None and self.situation.place == "lights" and not self.own_lights:
+            missing = "the hero has no traffic light at its next junction"
+        return missing
+
+    # ---- staging
+
+    def stage(self) -> None:
+        self._members = [self._spawn(thing) for thing in self.situation.things]
+        self._cars: dict[int, Car] = {}
+        self._state: dict[int, tuple[int, bool]] = {}
+        self._sliding: dict[int, tuple[float, float]] = {}
+        self._noted: set[str] = set()
+
+    def _spawn(self, thing: Thing) -> ScenarioActor:
+        is_prop = thing.kind.startswith("static.")
+        lift_m = 0.0 if is_prop else PARKED_LIFT_M if thing.kind.startswith("vehicle.") else WALKER_LIFT_M
+        options = {"gesture": thing.gesture} if thing.gesture else {}
+        member = self.cast.must_spawn(thing.kind, self._pose(thing), lift_m=lift_m + thing.lift_m, **options)
+        if thing.kind.startswith("vehicle."):
+            self.cast.hold(member)
+            self.cast.lights(member, lamps("NONE", *thing.lamps))
+        if thing.has_open_door:
+            self.cast.open_door(member, carla.VehicleDoor.FL)
+        return member
+
+    def _pose(self, thing: Thing) -> carla.Transform:
+        lane, ahead_m = self._lane(thing.ahead_m)
+        return offset_pose(lane, self._right_m(lane, thing), ahead_m, turn_deg=thing.turn_deg)
+
+    def _lane(self, ahead_m: float) -> tuple[carla.Waypoint, float]:
+        """Return the lane at a position along it, and the distance that remains to go straight on from there (m)."""
+        if self._at_junction:
+            return self.setting.route.waypoint_at(self.place_s), ahead_m
+        return self.setting.route.waypoint_at(self.place_s + ahead_m), 0.0
+
+    @staticmethod
+    def _right_m(lane: carla.Waypoint, thing: Thing) -> float:
+        half_m = lane.lane_width / 2.0
+        beside = lane.get_left_lane()
+        left_m = lane.lane_width if beside is None else beside.lane_width
+        if thing.side == "road":
+            return float(thing.right_m * (lane.lane_width + left_m) - half_m - left_m)
+        origin_m = {
+            "lane": 0.0,
+            "edge": half_m,
+            "curb": edge_m(lane),
+            "left": -half_m - left_m / 2.0,
+            "far": -half_m - left_m,
+        }
+        return float(origin_m[thing.side] + thing.right_m)
+
+    @property
+    def _at_junction(self) -> bool:
+        return self.situation.place in AT_JUNCTION
+
+    @cached_property
+    def place_s(self) -> float:
+        """Arc length of the place (m)."""
+        return self.entry_s if self._at_junction else self.s_at(self.distance_m)
+
+    def perceived(self, vehicle: Any) -> Any:
+        if not self.situation.perceived:
+            return vehicle
+        self._now_s = 0.0
+        if self._at_junction:
+            return MistakenEgo(vehicle, [MistakenLight(light, self._perceived_state) for light in self.own_lights])
+        return MistakenEgo(vehicle, [PhantomLight(self._lane(0.0)[0], self._perceived_state)])
+
+    def _perceived_state(self) -> str:
+        return state_at(self.situation.perceived, self._now_s)
+
+    # ---- script
+
+    def script(self) -> Iterator[None]:
+        flow = self._traffic_around()
+        for _ in self._play():
+            if flow is not None:
+                flow.tick()
+            yield
+        if flow is not None:
+            flow.clear()
+
+    def _traffic_around(self) -> Any:
+        """Set up the traffic. Returns the oncoming flow, if there is one."""
+        kind, traffic = self.situation.traffic, self.traffic
+        if self._at_junction:
+            traffic.handle_junction_scenario(stop_entries=kind != "busy")
+        traffic.leave_space_in_front(self.place_s - self.setting.hero_s_m + self.situation.past_m + 60.0)
+        if kind != "busy":
+            traffic.change_opposite_behavior(active=False)
+            traffic.clear_opposite()
+        if kind == "empty":
+            traffic.switch_route_sources(False)
+            traffic.remove_behind()
+        return oncoming_flow(self, self.distance_m, PASSABLE_M, least_reach_m=FAR_M) if kind == "oncoming" else None
+
+    def _play(self) -> Iterator[None]:
+        self._now_s = 0.0
+        self._set_lights()
+        yield from self.until(self._has_arrived)
+        if self.situation.put is not None:
+            self._put_hero(self.situation.put)
+            yield
+        self.note("met")
+        met_s = self.cast.time_s
+        while not self._is_over():
+            self._now_s = self.cast.time_s - met_s
+            self._set_lights()
+            for index, thing in enumerate(self.situation.things):
+                self._move(index, thing)
+            self._note_marks()
+            yield
+        self.free_lights()
+
+    def _has_arrived(self) -> bool:
+        queued = self.situation.place == "lights" and self.hero.speed_mps < STANDING_MPS
+        return self.gap_m(self.place_s) < (QUEUE_M if queued else self.situation.near_m)
+
+    def _is_over(self) -> bool:
+        if self.situation.expected == "reroute":
+            return False
+        return self.at_route_end() or self.gap_m(self.place_s + self.situation.past_m + END_M) < 0.0
+
+    def _note_marks(self) -> None:
+        row = self.situation
+        if row.free_s is not None and self._now_s >= row.free_s:
+            self.note("free")
+        if self.gap_m(self.place_s + row.past_m) < 0.0:
+            self.note("passed")
+        if row.zone_m is not None and self._is_outside(row.zone_m):
+            self.note("left")
+
+    def note(self, mark: str) -> None:
+        """Report the first time of a mark for the judgment."""
+        if mark not in self._noted:
+            self._noted.add(mark)
+            self.news.append(("mark", mark, 0.0))
+
+    def _is_outside(self, zone_m: tuple[float, float]) -> bool:
+        """Return True if no part of the hero is in the zone."""
+        place = self._lane(0.0)[0].transform
+        yaw_rad = math.radians(place.rotation.yaw)
+        dx, dy = self.hero.x - place.location.x, self.hero.y - place.location.y
+        along_m = dx * math.cos(yaw_rad) + dy * math.sin(yaw_rad)
+        half_m = self.cast.hero_member.half_length_m
+        return along_m + half_m < zone_m[0] or along_m - half_m > zone_m[1]
+
+    def _put_hero(self, put: Put) -> None:
+        lane, ahead_m = self._lane(put.ahead_m)
+        self.setting.hero.set_transform(offset_pose(lane, put.right_m, ahead_m, PARKED_LIFT_M, put.turn_deg))
+        self.setting.hero.set_target_velocity(carla.Vector3D())
+
+    def disturb(self, control: carla.VehicleControl) -> carla.VehicleControl:
+        if self.situation.is_held and "met" in self._noted:
+            return carla.VehicleControl(brake=1.0, hand_brake=True)
+        return control
+
+    def _set_lights(self) -> None:
+        if not self.situation.lights:
+            return
+        state = state_at(self.situation.lights, self._now_s)
+        if self._lit == state:
+            return
+        self._lit = state
+        if state == "off":
+            for light in self.lights:
+                light.set_state(carla.TrafficLightState.Off)
+            self.lights[0].freeze(True)
+            self._held = True
+        else:
+            self.hold_lights(green=self.own_lights if state == "green" else [])
+
+    _lit: str = ""
+
+    # ---- motion
+
+    def _move(self, index: int, thing: Thing) -> None:
+        now_s = self._now_s % thing.every_s if thing.every_s else self._now_s
+        number = sum(move.at_s <= now_s for move in thing.moves) - 1
+        if number < 0:
+            return
+        move = thing.moves[number]
+        state = number, now_s < move.at_s + move.for_s
+        if self._state.get(index) != state:
+            self._state[index] = state
+            self._begin(index, thing, move, move.speed_mps if state[1] else 0.0)
+        if index in self._sliding:
+            self._slide(index)
+
+    def _begin(self, index: int, thing: Thing, move: Move, speed_mps: float) -> None:
+        member = self._members[index]
+        if move.is_gone:
+            self.cars.remove([self._cars.pop(index)]) if index in self._cars else self.cast.remove([member])
+            self._sliding.pop(index, None)
+            return
+        if move.lamps is not None:
+            self.cast.lights(member, lamps("NONE", *move.lamps))
+        yaw_rad = math.radians(self._lane(thing.ahead_m)[0].transform.rotation.yaw + move.turn_deg)
+        x, y = math.cos(yaw_rad), math.sin(yaw_rad)
+        if thing.kind.startswith("vehicle."):
+            self._drive(index, thing, speed_mps)
+        elif thing.kind.startswith("static."):
+            self._sliding[index] = (speed_mps * x, speed_mps * y)
+        else:
+            self.cast.walk(member, x, y, speed_mps)
+
+    def _drive(self, index: int, thing: Thing, speed_mps: float) -> None:
+        """Let a vehicle drive along its lane; one that faces the hero drives in the direction of the oncoming lane."""
+        if index not in self._cars:
+            lane = self._lane(thing.ahead_m)[0]
+            right_m = self._right_m(lane, thing)
+            faces_hero = abs(thing.turn_deg) > 90.0
+            beside = lane.get_left_lane() if faces_hero or thing.side == "left" else None
+            if beside is not None:
+                right_m += (lane.lane_width + beside.lane_width) / 2.0
+                lane, right_m = beside, -right_m if faces_hero else right_m
+            path = {"merge": (right_m, thing.merge_m)} if thing.merge_m else {"offset_m": right_m}
+            line = run_of_lane(lane, ROUTE_M)
+            self._cars[index] = self.cars.drive(
+                self._members[index], line, speed_mps, begin=False, obeys_lights=False, yields=thing.yields, **path
+            )
+        self._cars[index].wish_mps = speed_mps
+
+    def _slide(self, index: int) -> None:
+        """Move a prop by one tick."""
+        member, (vx, vy) = self._members[index], self._sliding[index]
+        here, dt_s = self.cast.state(member), self.setting.dt_s
+        place = carla.Location(here.x + vx * dt_s, here.y + vy * dt_s, here.z)
+        self.cast.teleport(member, carla.Transform(place, carla.Rotation(yaw=math.degrees(here.yaw_rad))))
+
+
+def state_at(schedule: Schedule, now_s: float) -> str:
+    """Return the state of a schedule at a time."""
+    return [state for at_s, state in schedule if at_s <= now_s or at_s == schedule[0][0]][-1]
+
+
+def register(rows: Sequence[Situation]) -> None:
+    """Register a scenario type for each row."""
+    for row in rows:
+        values: dict[str, Draw] = {"distance": IntegerDraw(40, 48)} if row.place in ON_LANE else {}
+        suspends = {"blocked", "wrong_lane", *({"route_deviation"} if row.expected == "reroute" else ())}
+        members = {
+            "__doc__": row.about,
+            "situation": row,
+            "type": row.name,
+            "placed": SuitePlacement("reported", row.id, PLACES[row.place], values),
+            "expected": row.expected,
+            "within_s": row.within_s,
+            "suspends": frozenset(suspends),
+            "blueprints": tuple(dict.fromkeys(thing.kind for thing in row.things)),
+        }
+        scenario(type(row.name, (ReportedScenario,), members))
