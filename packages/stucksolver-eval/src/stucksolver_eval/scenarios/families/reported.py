@@ -20,7 +20,7 @@ from stucksolver_eval.actors.actor_pool import lamps
 from stucksolver_eval.scenario_context import ScenarioContext
 from stucksolver_eval.scenarios.families.crossing_actors import WALKER_LIFT_M
 from stucksolver_eval.scenarios.families.junction import JunctionScenario
-from stucksolver_eval.scenarios.families.lane_places import edge_m, offset_pose, run_of_lane
+from stucksolver_eval.scenarios.families.lane_places import edge_m, offset_pose, row_across, run_of_lane
 from stucksolver_eval.scenarios.families.mistaken_lights import MistakenEgo, MistakenLight, PhantomLight
 from stucksolver_eval.scenarios.families.obstacle import oncoming_flow
 from stucksolver_eval.scenarios.families.stuck import FAR_M, PASSABLE_M, QUEUE_M, STANDING_MPS
@@ -37,6 +37,8 @@ Schedule = tuple[tuple[float, str], ...]
 """States by the time from which they hold (s). The first one holds before that, too."""
 PARKED_LIFT_M, ROUTE_M, END_M = 0.3, 120.0, 10.0
 """Height at which vehicles spawn, length of a vehicle's first path, and distance after which the situation ends (m)."""
+SETTLE_S = 0.2
+"""Time after which the hero stands in a new pose (s)."""
 
 
 @dataclass(frozen=True)
@@ -76,6 +78,14 @@ class Thing:
     merge_m: float = 0.0
     """Length over which a vehicle joins its lane's center (m); 0 if it keeps its distance from it."""
     yields: bool = True
+    from_s: float = 0.0
+    """Time at which it appears (s). Not for vehicles."""
+
+    @property
+    def origin_m(self) -> float:
+        """Height of the actor's origin above the ground (m)."""
+        kind = self.kind.partition(".")[0]
+        return self.lift_m + {"static": 0.0, "vehicle": PARKED_LIFT_M}.get(kind, WALKER_LIFT_M)
 
 
 @dataclass(frozen=True)
@@ -101,6 +111,8 @@ class Situation:
     """Time for the right reaction (s). `recover`, `leave`, `ask` and `reroute`: from the arrival. `wait`: from the time
     at which going becomes right (`free_s`)."""
     things: tuple[Thing, ...] = ()
+    closure: str = ""
+    """Blueprint of a row of objects across the whole road."""
     place: Place = "street"
     free_s: float | None = None
     traffic: Traffic = "empty"
@@ -139,16 +151,19 @@ class ReportedScenario(JunctionScenario):
 
     def stage(self) -> None:
         self._members = [self._spawn(thing) for thing in self.situation.things]
+        if self.situation.closure:
+            for pose in row_across(self.setting.map, self._lane(0.0)[0]):
+                self.cast.must_spawn(self.situation.closure, pose, lift_m=0.0)
         self._cars: dict[int, Car] = {}
         self._state: dict[int, tuple[int, bool]] = {}
         self._sliding: dict[int, tuple[float, float]] = {}
         self._noted: set[str] = set()
 
     def _spawn(self, thing: Thing) -> ScenarioActor:
-        is_prop = thing.kind.startswith("static.")
-        lift_m = 0.0 if is_prop else PARKED_LIFT_M if thing.kind.startswith("vehicle.") else WALKER_LIFT_M
         options = {"gesture": thing.gesture} if thing.gesture else {}
-        member = self.cast.must_spawn(thing.kind, self._pose(thing), lift_m=lift_m + thing.lift_m, **options)
+        if thing.from_s:
+            return self.cast.keep_below(thing.kind, **options)
+        member = self.cast.must_spawn(thing.kind, self._pose(thing), lift_m=thing.origin_m, **options)
         if thing.kind.startswith("vehicle."):
             self.cast.hold(member)
             self.cast.lights(member, lamps("NONE", *thing.lamps))
@@ -216,7 +231,7 @@ class ReportedScenario(JunctionScenario):
     def _traffic_around(self) -> Any:
         """Set up the traffic. Returns the oncoming flow, if there is one."""
         kind, traffic = self.situation.traffic, self.traffic
-        if self._at_junction:
+        if self._at_junction or self.situation.closure:
             traffic.handle_junction_scenario(stop_entries=kind != "busy")
         traffic.leave_space_in_front(self.place_s - self.setting.hero_s_m + self.situation.past_m + 60.0)
         if kind != "busy":
@@ -233,7 +248,7 @@ class ReportedScenario(JunctionScenario):
         yield from self.until(self._has_arrived)
         if self.situation.put is not None:
             self._put_hero(self.situation.put)
-            yield
+            yield from self.wait(SETTLE_S)
         self.note("met")
         met_s = self.cast.time_s
         while not self._is_over():
@@ -246,8 +261,9 @@ class ReportedScenario(JunctionScenario):
         self.free_lights()
 
     def _has_arrived(self) -> bool:
-        queued = self.situation.place == "lights" and self.hero.speed_mps < STANDING_MPS
-        return self.gap_m(self.place_s) < (QUEUE_M if queued else self.situation.near_m)
+        row = self.situation
+        queued = row.place == "lights" and row.put is None and self.hero.speed_mps < STANDING_MPS
+        return self.gap_m(self.place_s) < (QUEUE_M if queued else row.near_m)
 
     def _is_over(self) -> bool:
         if self.situation.expected == "reroute":
@@ -308,6 +324,10 @@ class ReportedScenario(JunctionScenario):
     # ---- motion
 
     def _move(self, index: int, thing: Thing) -> None:
+        if self._now_s < thing.from_s:
+            return
+        if self._members[index].is_staged:
+            self.cast.bring(self._members[index], self._pose(thing), thing.origin_m)
         now_s = self._now_s % thing.every_s if thing.every_s else self._now_s
         number = sum(move.at_s <= now_s for move in thing.moves) - 1
         if number < 0:
@@ -367,6 +387,11 @@ def state_at(schedule: Schedule, now_s: float) -> str:
     return [state for at_s, state in schedule if at_s <= now_s or at_s == schedule[0][0]][-1]
 
 
+def across(kind: str, shares: Sequence[float], ahead_m: float = 0.0, **options: Any) -> tuple[Thing, ...]:
+    """Return equal things beside each other, at shares of the road's width from its left edge."""
+    return tuple(Thing(kind, ahead_m, share, "road", **options) for share in shares)
+
+
 def register(rows: Sequence[Situation]) -> None:
     """Register a scenario type for each row."""
     for row in rows:
@@ -380,6 +405,6 @@ def register(rows: Sequence[Situation]) -> None:
             "expected": row.expected,
             "within_s": row.within_s,
             "suspends": frozenset(suspends),
-            "blueprints": tuple(dict.fromkeys(thing.kind for thing in row.things)),
+            "blueprints": tuple(dict.fromkeys(filter(None, (*(thing.kind for thing in row.things), row.closure)))),
         }
         scenario(type(row.name, (ReportedScenario,), members))
