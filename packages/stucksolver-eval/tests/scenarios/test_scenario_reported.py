@@ -15,7 +15,8 @@ from stucksolver.scene.base_model import FrozenModel  # noqa: E402
 from stucksolver_carla.drivers.behavior import BehaviorDriver, DriverOptions  # noqa: E402
 from stucksolver_carla.stack import CarlaStack  # noqa: E402
 from stucksolver_eval.scenarios import SCENARIOS, load_all  # noqa: E402
-from stucksolver_eval.scenarios.families.reported import ReportedScenario, Situation, state_at  # noqa: E402
+from stucksolver_eval.scenarios.families.reported import ReportedScenario  # noqa: E402
+from stucksolver_eval.scenarios.families.situation_rows import Situation, state_at  # noqa: E402
 from stucksolver_eval.suites import suite  # noqa: E402
 
 ROUTES = suite("reported").routes

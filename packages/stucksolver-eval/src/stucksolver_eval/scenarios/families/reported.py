@@ -1,134 +1,42 @@
-"""Situations from public reports: one class stages each of them from a row of a table.
+"""Situations from public reports: one class stages each of them from a row of `situation_rows`.
 
-A row says what is placed where, how it moves, and which reaction is right until when. Positions are relative to the
-`place`: a point on the hero's lane `distance` beyond the trigger, or the entry of its next junction. Times count from
-the moment at which the hero has arrived (mark `met`). The numbers are ours.
+It notes marks for the judgment: the hero has `met` the situation, going became right (`free`), the hero has `passed`,
+or `left` the place where it may not stop.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar
 
 import carla
 
 from stucksolver_eval.actors import Car, ScenarioActor
 from stucksolver_eval.actors.actor_pool import lamps
 from stucksolver_eval.scenario_context import ScenarioContext
-from stucksolver_eval.scenarios.families.crossing_actors import WALKER_LIFT_M
 from stucksolver_eval.scenarios.families.junction import JunctionScenario
 from stucksolver_eval.scenarios.families.lane_places import edge_m, offset_pose, row_across, run_of_lane
 from stucksolver_eval.scenarios.families.mistaken_lights import MistakenEgo, MistakenLight, PhantomLight
 from stucksolver_eval.scenarios.families.obstacle import oncoming_flow
+from stucksolver_eval.scenarios.families.situation_rows import (
+    PARKED_LIFT_M,
+    Move,
+    Put,
+    Situation,
+    Thing,
+    state_at,
+)
 from stucksolver_eval.scenarios.families.stuck import FAR_M, PASSABLE_M, QUEUE_M, STANDING_MPS
 from stucksolver_eval.scenarios.parameters import NumberParameter
 from stucksolver_eval.scenarios.registry import scenario
-from stucksolver_eval.scenarios.scenario import Expected
 from stucksolver_eval.sites.parameter_draws import Draw, IntegerDraw
-from stucksolver_eval.sites.reported_sites import AT_JUNCTION, ON_LANE, PLACES, Place
+from stucksolver_eval.sites.reported_sites import AT_JUNCTION, ON_LANE, PLACES
 from stucksolver_eval.sites.suite_placement import SuitePlacement
 
-Side = Literal["lane", "edge", "curb", "left", "far", "road"]
-Traffic = Literal["empty", "behind", "oncoming", "busy"]
-Schedule = tuple[tuple[float, str], ...]
-"""States by the time from which they hold (s). The first one holds before that, too."""
-PARKED_LIFT_M, ROUTE_M, END_M = 0.3, 120.0, 10.0
-"""Height at which vehicles spawn, length of a vehicle's first path, and distance after which the situation ends (m)."""
-SETTLE_S = 0.2
-"""Time after which the hero stands in a new pose (s)."""
-
-
-@dataclass(frozen=True)
-class Move:
-    """From `at_s` on for `for_s`, a thing moves at `speed_mps`; vehicles along a lane, others in a direction."""
-
-    at_s: float
-    speed_mps: float = 0.0
-    for_s: float = math.inf
-    turn_deg: float = 0.0
-    """Direction relative to the hero's lane, clockwise (degrees); -90 is to the left. Not for vehicles."""
-    is_gone: bool = False
-    """True if the thing disappears instead."""
-    lamps: tuple[str, ...] | None = None
-    """New lamps of a vehicle."""
-
-
-@dataclass(frozen=True)
-class Thing:
-    """One actor. `kind` is a blueprint; vehicles stay in place until their first move."""
-
-    kind: str
-    ahead_m: float = 0.0
-    right_m: float = 0.0
-    """Distance to the right of `side` (m). For the side `road`: the share of the road's width from its left edge."""
-    side: Side = "lane"
-    """`lane` and `left`: centers of the hero's lane and of the next one to the left. `edge`, `curb` and `far`: the
-    right edges of the hero's lane and of the road, and the left edge of the lane to the left."""
-    turn_deg: float = 0.0
-    lift_m: float = 0.0
-    lamps: tuple[str, ...] = ()
-    gesture: str = ""
-    has_open_door: bool = False
-    moves: tuple[Move, ...] = ()
-    every_s: float = 0.0
-    """Period after which the moves repeat (s); 0 for never."""
-    merge_m: float = 0.0
-    """Length over which a vehicle joins its lane's center (m); 0 if it keeps its distance from it."""
-    yields: bool = True
-    from_s: float = 0.0
-    """Time at which it appears (s). Not for vehicles."""
-
-    @property
-    def origin_m(self) -> float:
-        """Height of the actor's origin above the ground (m)."""
-        kind = self.kind.partition(".")[0]
-        return self.lift_m + {"static": 0.0, "vehicle": PARKED_LIFT_M}.get(kind, WALKER_LIFT_M)
-
-
-@dataclass(frozen=True)
-class Put:
-    """Pose at which the hero stops, relative to the place; a fault of the driver brought it there."""
-
-    ahead_m: float = 0.0
-    right_m: float = 0.0
-    turn_deg: float = 0.0
-
-
-@dataclass(frozen=True)
-class Situation:
-    """A row of the table: the situation, its source, its staging, and the right reaction."""
-
-    id: int
-    """First route id."""
-    name: str
-    about: str
-    source: str
-    expected: Expected
-    within_s: float
-    """Time for the right reaction (s). `recover`, `leave`, `ask` and `reroute`: from the arrival. `wait`: from the time
-    at which going becomes right (`free_s`)."""
-    things: tuple[Thing, ...] = ()
-    closure: str = ""
-    """Blueprint of a row of objects across the whole road."""
-    place: Place = "street"
-    free_s: float | None = None
-    traffic: Traffic = "empty"
-    near_m: float = 25.0
-    """Distance at which the hero has arrived (m)."""
-    past_m: float = 15.0
-    """Distance beyond the place at which the hero has passed (m)."""
-    lights: Schedule = ()
-    """States of the hero's light: `red`, `green` or `off`. The other lights are red, or off."""
-    perceived: Schedule = ()
-    """States of the hero's light as perceived; where no light exists, of a light at the place."""
-    put: Put | None = None
-    is_held: bool = False
-    """True if the hero does not move from its arrival on, whatever its driver does."""
-    zone_m: tuple[float, float] | None = None
-    """Start and end of a place where the hero may not stop, along its lane (m)."""
+ROUTE_M, END_M, SETTLE_S = 120.0, 10.0, 0.2
+"""Length of a vehicle's first path (m), distance after which a situation ends (m), and time to stand in a pose (s)."""
 
 
 class ReportedScenario(JunctionScenario):
@@ -380,16 +288,6 @@ class ReportedScenario(JunctionScenario):
         here, dt_s = self.cast.state(member), self.setting.dt_s
         place = carla.Location(here.x + vx * dt_s, here.y + vy * dt_s, here.z)
         self.cast.teleport(member, carla.Transform(place, carla.Rotation(yaw=math.degrees(here.yaw_rad))))
-
-
-def state_at(schedule: Schedule, now_s: float) -> str:
-    """Return the state of a schedule at a time."""
-    return [state for at_s, state in schedule if at_s <= now_s or at_s == schedule[0][0]][-1]
-
-
-def across(kind: str, shares: Sequence[float], ahead_m: float = 0.0, **options: Any) -> tuple[Thing, ...]:
-    """Return equal things beside each other, at shares of the road's width from its left edge."""
-    return tuple(Thing(kind, ahead_m, share, "road", **options) for share in shares)
 
 
 def register(rows: Sequence[Situation]) -> None:

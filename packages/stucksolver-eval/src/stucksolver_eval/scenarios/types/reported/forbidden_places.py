@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from stucksolver_eval.scenarios.families.reported import Put, Situation, Thing, register
+from stucksolver_eval.scenarios.families.reported import register
+from stucksolver_eval.scenarios.families.situation_rows import Put, Situation, Thing
 
 CAR, ENGINE = "vehicle.lincoln.mkz_2020", "vehicle.carlamotors.firetruck"
 LORRY = "vehicle.carlamotors.carlacola"
@@ -53,7 +54,7 @@ register(
             5830,
             "BesideStoppedLorry",
             "The ego stopped beside a collection lorry, and a fire engine comes past that in the ego's lane: back up.",
-            "San Francisco Fire Department, report of 2022-04-05, a robotaxi beside a collection truck blocks an engine",
+            "San Francisco Fire Department, report of 2022-04-05, a robotaxi beside a truck blocks an engine",
             "leave",
             30.0,
             (

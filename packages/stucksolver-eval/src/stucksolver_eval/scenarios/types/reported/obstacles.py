@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from stucksolver_eval.actors.actor_pool import HAZARD_LAMPS
-from stucksolver_eval.scenarios.families.reported import Move, Situation, Thing, across, register
+from stucksolver_eval.scenarios.families.reported import register
+from stucksolver_eval.scenarios.families.situation_rows import Move, Situation, Thing, across
 
 CAR, WIDE_CAR, TAXI = "vehicle.lincoln.mkz_2020", "vehicle.tesla.model3", "vehicle.ford.crown"
 VAN, LORRY, ENGINE = "vehicle.mercedes.sprinter", "vehicle.carlamotors.carlacola", "vehicle.carlamotors.firetruck"
@@ -181,7 +182,7 @@ register(
         Situation(
             5160,
             "DeadEndForOthers",
-            "Barriers and a lorry close the street that the route turns into, for residents only: go another way.",
+            "Barriers close the street that the route turns into to all but residents: go another way.",
             "The Verge, 2021-10-14, robotaxis turn back at a closed street in San Francisco, dozens a day",
             "reroute",
             150.0,

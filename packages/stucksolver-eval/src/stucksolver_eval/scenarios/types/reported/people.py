@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from stucksolver_eval.scenarios.families.reported import Move, Situation, Thing, across, register
+from stucksolver_eval.scenarios.families.reported import register
+from stucksolver_eval.scenarios.families.situation_rows import Move, Situation, Thing, across
 
 ADULTS = tuple(f"walker.pedestrian.{number:04d}" for number in range(1, 9))
 CHILD, WORKER = "walker.pedestrian.0009", "walker.flagger.0001"

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from stucksolver_eval.scenarios.families.reported import Move, Situation, Thing, register
+from stucksolver_eval.scenarios.families.reported import register
+from stucksolver_eval.scenarios.families.situation_rows import Move, Situation, Thing
 
 OFFICER, CONE, BARRIER = "walker.flagger.0001", "static.prop.trafficcone02", "static.prop.streetbarrier"
 FALSE_STOPS = "Common report: California DMV disengagement reports 2023, false stops at lights and lines"

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from stucksolver_eval.actors.actor_pool import HAZARD_LAMPS
-from stucksolver_eval.scenarios.families.reported import Move, Put, Situation, Thing, register
+from stucksolver_eval.scenarios.families.reported import register
+from stucksolver_eval.scenarios.families.situation_rows import Move, Put, Situation, Thing
 
 CAR, VAN, LORRY = "vehicle.lincoln.mkz_2020", "vehicle.mercedes.sprinter", "vehicle.carlamotors.carlacola"
-BUS, ENGINE, POLICE = "vehicle.carlette.schoolbus", "vehicle.carlamotors.firetruck", "vehicle.dodge.charger_police_2020"
+BUS, POLICE = "vehicle.mitsubishi.fusorosa", "vehicle.dodge.charger_police_2020"
 BARRIER = "static.prop.streetbarrier"
 BLUE_LAMPS = ("Special1", "Special2")
 MUNI = "WIRED, 2023-04, records of robotaxis that held up buses and trains in San Francisco"
@@ -22,7 +23,7 @@ register(
             60.0,
             (
                 Thing(
-                    BUS, 0.0, 0.0, "edge", lamps=("LeftBlinker",), moves=(Move(12.0, 6.0),), merge_m=15.0, yields=False
+                    BUS, 0.0, 0.9, "edge", lamps=("LeftBlinker",), moves=(Move(12.0, 6.0),), merge_m=15.0, yields=False
                 ),
             ),
             free_s=14.0,
