@@ -153,3 +153,37 @@ def test_ego_that_backs_out_of_a_forbidden_place_has_left_it(staged):
     playing.jump(playing.scenario.place_s - 9.0)
     playing.tick()
     assert "left" in playing.play.marks
+
+
+def in_lane(playing, row):
+    """Kinds of the things that reach into the ego's lane between its stop and the end of the situation."""
+    found = []
+    for member in playing.others(""):
+        s_m, right_m = playing.along(member)
+        across = abs(playing.facing_deg(member) - 90.0) < 45.0
+        half_m = member.half_length_m if across else member.half_width_m
+        near = -8.0 < s_m - playing.scenario.place_s < row.past_m
+        if near and abs(right_m) - half_m < 1.0 and playing.cast.state(member).z > -1.0:
+            found.append(member.type_id)
+    return found
+
+
+MOVES_OFF = [row.name for row in situations().values() if row.expected == "wait" and row.place == "street"]
+STAYS_BLOCKED = {"OneLaneBridge", "TemporaryLight"}
+"""Rows in which the ego's own lane stays blocked, and the other one becomes free."""
+
+
+@pytest.mark.integration
+@pytest.mark.release
+@pytest.mark.parametrize("kind", MOVES_OFF)
+def test_place_of_a_wait_is_blocked_and_becomes_free(staged, kind):
+    """Before going becomes right something is in the ego's lane, or a light stops it; a little later nothing is."""
+    playing = staged(next(item for item in ROUTES if item.scenarios[0].type == kind))
+    row = playing.scenario.situation
+    playing.jump(playing.scenario.trigger_s_m)
+    playing.jump(playing.scenario.place_s - BEFORE_M)
+    blocked = playing.run(row.free_s - 2.0, until=lambda: bool(in_lane(playing, row)))
+    assert blocked or row.perceived
+    playing.run(row.free_s - playing.scenario._now_s + 20.0)
+    assert "free" in playing.play.marks
+    assert not in_lane(playing, row) or kind in STAYS_BLOCKED

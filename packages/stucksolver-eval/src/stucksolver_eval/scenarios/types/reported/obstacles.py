@@ -13,7 +13,7 @@ GATE, POLE, CHAIN = "static.prop.crossinggate", "static.prop.crossinggatepost", 
 BARRIER, TRAILER = "static.prop.streetbarrier", "static.prop.trafficwarning"
 BEAM = "static.prop.plantpot04"
 """A long thin prop (5.0 x 0.7 x 0.1 m): a branch, a tape or a hose."""
-HEAP, WATER = "static.prop.plantpot06", "static.prop.dirtdebris03"
+HEAP, WATER = "static.prop.plantpot06", "static.prop.platformgarbage01"
 FIREFIGHTER, PASSER_BY = "walker.pedestrian.0030", "walker.pedestrian.0004"
 BLUE_LAMPS = ("Special1", "Special2")
 NHTSA_GATES = "NHTSA recall 25E-034 (2025-05), collisions with gates and chains"
@@ -154,11 +154,11 @@ register(
         Situation(
             5130,
             "FloodedRoad",
-            "Water covers the road from curb to curb over 6 m: ask, never drive in.",
+            "Water, staged as flat heaps 0.3 m high, covers the road over 5 m: ask, never drive in.",
             "NHTSA recall of 2026-05-11 (3,791 vehicles), robotaxis drive into standing water",
             "ask",
             60.0,
-            tuple(thing for k in range(3) for thing in across(WATER, (0.12, 0.37, 0.63, 0.88), 1.9 * k)),
+            tuple(thing for k in range(3) for thing in across(WATER, (0.24, 0.76), 1.8 * k, turn_deg=90.0)),
         ),
         Situation(
             5140,

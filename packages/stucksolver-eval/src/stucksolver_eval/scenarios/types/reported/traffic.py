@@ -106,7 +106,7 @@ register(
             "Common report: processions, guidance of several states for automated vehicles",
             "wait",
             90.0,
-            tuple(Thing(CAR, 8.0 * k, lamps=HAZARD_LAMPS, moves=(Move(40.0, 4.0),)) for k in range(4)),
+            tuple(Thing(CAR, 8.0 * k, lamps=HAZARD_LAMPS, moves=(Move(40.0, 6.0),)) for k in range(4)),
             free_s=40.0,
             past_m=45.0,
         ),
