@@ -97,6 +97,7 @@ class Situation:
     """Blueprint of a row of objects across the whole road."""
     place: Place = "street"
     free_s: float | None = None
+    """Earliest time at which going is right where waiting is right before (s)."""
     traffic: Traffic = "empty"
     near_m: float = 25.0
     """Distance at which the hero has arrived (m)."""

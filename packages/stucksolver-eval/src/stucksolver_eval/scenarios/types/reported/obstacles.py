@@ -9,7 +9,7 @@ from stucksolver_eval.scenarios.families.situation_rows import Move, Situation, 
 CAR, WIDE_CAR, TAXI = "vehicle.lincoln.mkz_2020", "vehicle.tesla.model3", "vehicle.ford.crown"
 VAN, LORRY, ENGINE = "vehicle.mercedes.sprinter", "vehicle.carlamotors.carlacola", "vehicle.carlamotors.firetruck"
 BIN, BAG, CONE = "static.prop.trashcan04", "static.prop.trashbag", "static.prop.trafficcone02"
-GATE, POLE, CHAIN = "static.prop.crossinggate", "static.prop.crossinggatepost", "static.prop.chainbarrier"
+GATE, POLE, CHAIN = "static.prop.crossinggate", "static.prop.streetsign04", "static.prop.chainbarrier"
 BARRIER, TRAILER = "static.prop.streetbarrier", "static.prop.trafficwarning"
 BEAM = "static.prop.plantpot04"
 """A long thin prop (5.0 x 0.7 x 0.1 m): a branch, a tape or a hose."""
@@ -45,7 +45,7 @@ register(
         Situation(
             5020,
             "StopAndGoLorry",
-            "A collection lorry stops for 20 s, drives 12 m and stops again: pass it, or follow it calmly.",
+            "A collection lorry stops for 20 s, drives 12 m and stops again, and no traffic comes: pass it.",
             "San Francisco Fire Department, unusual occurrence report of 2022-04-05 on a collection truck in the lane",
             "recover",
             120.0,

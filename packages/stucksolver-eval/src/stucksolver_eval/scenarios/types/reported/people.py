@@ -42,7 +42,7 @@ register(
             "wait",
             40.0,
             (Thing(ADULTS[0], 0.0, -0.3, "edge", LEFT, moves=(Move(15.0, 0.8, 9.5, LEFT),)),),
-            free_s=24.0,
+            free_s=19.0,
         ),
         Situation(
             5320,
@@ -66,7 +66,7 @@ register(
             tuple(
                 Thing(ADULTS[k], 0.5 * k, -0.8 - 0.9 * k, "edge", moves=(Move(60.0, 1.2, 4.0, RIGHT),)) for k in (1, 2)
             ),
-            free_s=63.0,
+            free_s=61.0,
         ),
         Situation(
             5340,
@@ -85,7 +85,7 @@ register(
             "wait",
             60.0,
             _parade(),
-            free_s=67.0,
+            free_s=62.0,
             past_m=55.0,
         ),
         Situation(
@@ -99,7 +99,7 @@ register(
                 Thing(ADULTS[5], 0.0, 0.5, "edge", LEFT, moves=(Move(25.0, 1.2, 4.0, RIGHT),)),
                 Thing(DOG, 0.0, -1.1, "edge", LEFT, moves=(Move(25.0, 1.2, 4.0, RIGHT),)),
             ),
-            free_s=29.0,
+            free_s=26.0,
         ),
         Situation(
             5370,
@@ -112,7 +112,7 @@ register(
                 Thing(HORSE, moves=(Move(0.0, 0.8), Move(30.0, 1.0, 4.0, RIGHT))),
                 Thing(ADULTS[6], 0.6, 0.9, moves=(Move(0.0, 0.8), Move(30.0, 1.0, 4.0, RIGHT))),
             ),
-            free_s=34.0,
+            free_s=32.0,
             past_m=45.0,
         ),
         Situation(
@@ -123,7 +123,7 @@ register(
             "wait",
             45.0,
             tuple(Thing(GOOSE, 0.2 * k, 0.8 * k - 1.5, moves=(Move(8.0, 0.4, 20.0, LEFT),)) for k in range(5)),
-            free_s=26.0,
+            free_s=16.0,
         ),
         Situation(
             5390,
@@ -137,10 +137,10 @@ register(
         Situation(
             5400,
             "JumpingInAndOut",
-            "A person steps into the lane and back out five times, and then leaves: wait.",
+            "A person steps into the lane and back out five times, and then leaves: pass, never while it is in the lane.",
             "breakinglatest.news, 2023-04-28, people jump before a robotaxi on Fillmore Street, San Francisco",
-            "wait",
-            45.0,
+            "recover",
+            60.0,
             (
                 Thing(
                     ADULTS[4],
@@ -158,7 +158,6 @@ register(
                     ),
                 ),
             ),
-            free_s=43.0,
         ),
         Situation(
             5410,
@@ -174,7 +173,7 @@ register(
                     for k, ahead_m in ((0, -1.8), (1, 1.8))
                 ),
             ),
-            free_s=33.0,
+            free_s=17.0,
         ),
         Situation(
             5420,
