@@ -14,6 +14,7 @@ from playing import Playing  # noqa: E402
 from stucksolver.scene.base_model import FrozenModel  # noqa: E402
 from stucksolver_carla.drivers.behavior import BehaviorDriver, DriverOptions  # noqa: E402
 from stucksolver_carla.stack import CarlaStack  # noqa: E402
+from stucksolver_carla.stack.front_camera import FrontCamera  # noqa: E402
 from stucksolver_eval.scenarios import SCENARIOS, load_all  # noqa: E402
 from stucksolver_eval.scenarios.families.reported import ReportedScenario  # noqa: E402
 from stucksolver_eval.scenarios.families.situation_rows import Situation, state_at  # noqa: E402
@@ -135,6 +136,8 @@ def test_phantom_light_exists_only_as_perceived_and_turns_green(staged):
     place = playing.route.waypoint_at(playing.scenario.place_s).transform.location
     assert line.transform.location.distance(place) < 0.1
     assert phantom.state == carla.TrafficLightState.Red
+    camera = FrontCamera(ego)
+    camera.close()
     playing.jump(playing.scenario.trigger_s_m)
     playing.jump(playing.scenario.place_s - BEFORE_M)
     playing.run(41.0)

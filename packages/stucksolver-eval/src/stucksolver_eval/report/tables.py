@@ -6,6 +6,7 @@ import csv
 import dataclasses
 import io
 import json
+from statistics import median
 from typing import Any
 
 from stucksolver.commands.terminal_text import filled
@@ -75,9 +76,10 @@ def summary_text(summaries: list[Summary]) -> str:
 def reaction_text(summary: Summary) -> str:
     """Return a line for each situation whose reaction has a time limit: right or wrong, and why. Empty without any."""
     rows = reactions(summary)
-    total = (
-        f"{run_name(summary)}: {sum(row.right for row in rows)} of {sum(row.drives for row in rows)} reactions right"
-    )
+    right, drives = sum(row.right for row in rows), sum(row.drives for row in rows)
+    times_s = [row.called_s for row in rows if row.called_s is not None]
+    called = f"; operator called after {median(times_s):.0f} s, median of {len(times_s)} situations" if times_s else ""
+    total = f"{run_name(summary)}: {right} of {drives} reactions right{called}"
     return "\n".join(map(filled, (total, *(row.text for row in rows)))) if rows else ""
 
 

@@ -89,6 +89,10 @@ class _World(_Stand):
         found = self._real.get_actors(*ids)
         return found if ids else _Actors(found, self._lights)
 
+    def spawn_actor(self, *args: Any, attach_to: Any = None) -> Any:
+        parent = attach_to._real if isinstance(attach_to, _Stand) else attach_to
+        return self._real.spawn_actor(*args, attach_to=parent)
+
 
 class MistakenEgo(_Stand):
     """The ego with mistaken lights in its world."""

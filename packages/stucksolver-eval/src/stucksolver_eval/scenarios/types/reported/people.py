@@ -137,7 +137,7 @@ register(
         Situation(
             5400,
             "JumpingInAndOut",
-            "A person steps into the lane and back out five times, and then leaves: pass, never while it is in the lane.",
+            "A person steps into the lane and back out five times, and then leaves: pass when the lane is free.",
             "breakinglatest.news, 2023-04-28, people jump before a robotaxi on Fillmore Street, San Francisco",
             "recover",
             60.0,
