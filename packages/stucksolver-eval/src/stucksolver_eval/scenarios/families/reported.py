@@ -111,8 +111,16 @@ class ReportedScenario(JunctionScenario):
 
     @cached_property
     def place_s(self) -> float:
-        """Arc length of the place (m)."""
-        return self.entry_s if self._at_junction else self.s_at(self.distance_m)
+        """Arc length of the place (m): on the lane, at the hero's stop line, or at the entry of its junction."""
+        if not self._at_junction:
+            return self.s_at(self.distance_m)
+        route = self.setting.route
+        lines = [line.transform.location for light in self.own_lights for line in light.get_stop_waypoints()]
+        found = [(route.project(at), at) for at in lines]
+        if not found:
+            return self.entry_s
+        index, _ = min(found, key=lambda item: route.waypoints[item[0]].transform.location.distance(item[1]))
+        return float(route.s_m[index])
 
     def perceived(self, vehicle: Any) -> Any:
         if not self.situation.perceived:
