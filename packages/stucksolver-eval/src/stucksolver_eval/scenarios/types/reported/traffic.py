@@ -131,5 +131,15 @@ register(
             near_m=16.0,
             put=Put(-8.5, -1.75, -9.0),
         ),
+        Situation(
+            5600,
+            "StoppedAskew",
+            "The ego stopped at an angle of 45 degrees to its lane, half over the center line, on a free road: rejoin.",
+            "SlashGear, 2021-05, robotaxi stops between two lanes in Chandler, Arizona",
+            "recover",
+            45.0,
+            near_m=6.0,
+            put=Put(0.0, -1.2, -45.0),
+        ),
     )
 )
