@@ -6,7 +6,8 @@ import pytest
 from outcomes import noted, outcome, plan
 
 from stucksolver_eval.metrics.recovery import recovery_figures, responded_correctly
-from stucksolver_eval.metrics.right_reaction import called_after_s, fault_of, type_rows
+from stucksolver_eval.metrics.right_reaction import called_after_s, fault_of, told_after_s, type_rows
+from stucksolver_eval.results.outcome import QueryRecord
 
 MET_S = 20.0
 STANDS = tuple((float(t), min(float(t), 60.0)) for t in range(201))
@@ -87,18 +88,29 @@ def test_operator_is_called_after_the_arrival():
     assert called_after_s(case("ask", 30.0, met=None, asked_s=45.0)) is None
 
 
+QUERIES = tuple(QueryRecord(asked_s=at_s - 0.1, answered_s=at_s) for at_s in (3.0, 25.0, 28.0))
+
+
+def test_passenger_is_told_with_the_first_decision_after_the_arrival():
+    """Decisions before the arrival, and queries without an answer, tell nothing about the situation."""
+    unanswered = (QueryRecord(asked_s=21.0), *QUERIES)
+    assert told_after_s(case("ask", 30.0, queries=unanswered)) == 5.0
+    assert told_after_s(case("ask", 30.0, queries=QUERIES[:1])) is None
+    assert told_after_s(case("ask", 30.0, met=None, queries=QUERIES)) is None
+
+
 def test_rows_count_right_drives_by_situation():
     drives = [
-        case("ask", 30.0, asked_s=40.0, scenario="Gate"),
+        case("ask", 30.0, asked_s=40.0, scenario="Gate", queries=QUERIES),
         case("ask", 30.0, asked_s=60.0, scenario="Gate", seed=2),
         case("ask", 30.0, asked_s=41.0, scenario="Gate", state="crashed"),
         outcome(expected="wait"),
         case("recover", 60.0, passed=70.0, scenario="Bin"),
     ]
     bin_row, gate_row = type_rows(drives)
-    assert bin_row.cells == ("Bin", "recover within 60 s", "1/1", "–", "–")
-    assert gate_row.cells == ("Gate", "ask within 30 s", "1/2", "30", "called an operator after 40 s")
-    assert gate_row.text.startswith("1/2 Gate (ask within 30 s): operator called after 30 s")
+    assert bin_row.cells == ("Bin", "recover within 60 s", "1/1", "–", "–", "–")
+    assert gate_row.cells == ("Gate", "ask within 30 s", "1/2", "5", "30", "called an operator after 40 s")
+    assert gate_row.text.startswith("1/2 Gate (ask within 30 s): passenger told after 5 s, operator called after 30 s")
 
 
 def test_plan_after_the_wait_is_no_false_intervention():

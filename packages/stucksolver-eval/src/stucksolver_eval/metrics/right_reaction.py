@@ -26,32 +26,37 @@ END_M = 25.0
 
 A route is over 10 m before its end. Its track has one position per second, and at 50 km/h there are 14 m between them.
 """
-HEAD = ("Situation", "Right reaction", "Done", "Operator called after s", "What was wrong")
+HEAD = ("Situation", "Right reaction", "Done", "Passenger told after s", "Operator called after s", "What was wrong")
 
 
 @dataclass(frozen=True)
 class TypeRow:
-    """The judgments of a type's drives. `called_s` is the median time from the arrival to the call of an operator."""
+    """The judgments of a type's drives.
+
+    `told_s` and `called_s` are median times from the arrival: until a passenger is told why the ego stands, and until
+    an operator is called.
+    """
 
     scenario: str
     reaction: str
     right: int
     drives: int
+    told_s: float | None
     called_s: float | None
     faults: tuple[str, ...]
 
     @property
     def cells(self) -> tuple[str, ...]:
         """The row in the order of `HEAD`."""
-        called = "–" if self.called_s is None else f"{self.called_s:.0f}"
-        return self.scenario, self.reaction, f"{self.right}/{self.drives}", called, "; ".join(self.faults) or "–"
+        done, times = f"{self.right}/{self.drives}", map(_seconds, (self.told_s, self.called_s))
+        return self.scenario, self.reaction, done, *times, "; ".join(self.faults) or "–"
 
     @property
     def text(self) -> str:
         """The row as a line."""
-        called = "no operator called" if self.called_s is None else f"operator called after {self.called_s:.0f} s"
+        told = f"passenger told after {_seconds(self.told_s)} s, operator called after {_seconds(self.called_s)} s"
         faults = "".join(f"; {fault}" for fault in self.faults)
-        return f"{self.right}/{self.drives} {self.scenario} ({self.reaction}): {called}{faults}"
+        return f"{self.right}/{self.drives} {self.scenario} ({self.reaction}): {told}{faults}"
 
 
 def fault_of(o: RouteOutcome) -> str:
@@ -119,6 +124,15 @@ def called_after_s(o: RouteOutcome) -> float | None:
     return None if met_s is None or o.asked_s is None else max(o.asked_s - met_s, 0.0)
 
 
+def told_after_s(o: RouteOutcome) -> float | None:
+    """Return the time from the arrival to the first decision after it (s), whose reason a passenger is told."""
+    met_s = o.marks.get("met")
+    if met_s is None:
+        return None
+    answered = (query.answered_s for query in o.queries)
+    return min((at_s - met_s for at_s in answered if at_s is not None and at_s >= met_s), default=None)
+
+
 def type_rows(outcomes: Iterable[RouteOutcome]) -> list[TypeRow]:
     """Return a row for each type whose reaction has a time limit."""
     groups: dict[str, list[RouteOutcome]] = {}
@@ -130,12 +144,21 @@ def type_rows(outcomes: Iterable[RouteOutcome]) -> list[TypeRow]:
 
 def _type_row(name: str, drives: list[RouteOutcome]) -> TypeRow:
     faults = [fault for fault in map(fault_of, drives) if fault]
-    called = [time_s for time_s in map(called_after_s, drives) if time_s is not None]
     return TypeRow(
         scenario=name,
         reaction=f"{drives[0].expected} within {drives[0].within_s:.0f} s",
         right=len(drives) - len(faults),
         drives=len(drives),
-        called_s=median(called) if called else None,
+        told_s=_median(map(told_after_s, drives)),
+        called_s=_median(map(called_after_s, drives)),
         faults=tuple(dict.fromkeys(faults)),
     )
+
+
+def _median(times_s: Iterable[float | None]) -> float | None:
+    known = [time_s for time_s in times_s if time_s is not None]
+    return median(known) if known else None
+
+
+def _seconds(time_s: float | None) -> str:
+    return "–" if time_s is None else f"{time_s:.0f}"
