@@ -119,6 +119,6 @@ def state_at(schedule: Schedule, now_s: float) -> str:
     return [state for at_s, state in schedule if at_s <= now_s or at_s == schedule[0][0]][-1]
 
 
-def across(kind: str, shares: Sequence[float], ahead_m: float = 0.0, **options: Any) -> tuple[Thing, ...]:
+def things_across(kind: str, shares: Sequence[float], ahead_m: float = 0.0, **options: Any) -> tuple[Thing, ...]:
     """Return equal things beside each other, at shares of the road's width from its left edge."""
     return tuple(Thing(kind, ahead_m, share, "road", **options) for share in shares)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from stucksolver_eval.actors.actor_pool import HAZARD_LAMPS
 from stucksolver_eval.scenarios.families.reported import register
-from stucksolver_eval.scenarios.families.situation_rows import Move, Situation, Thing, across
+from stucksolver_eval.scenarios.families.situation_rows import Move, Situation, Thing, things_across
 
 CAR, WIDE_CAR, TAXI = "vehicle.lincoln.mkz_2020", "vehicle.tesla.model3", "vehicle.ford.crown"
 VAN, LORRY, ENGINE = "vehicle.mercedes.sprinter", "vehicle.carlamotors.carlacola", "vehicle.carlamotors.firetruck"
@@ -135,7 +135,7 @@ register(
             STORM,
             "ask",
             60.0,
-            across(BEAM, (0.2, 0.8), turn_deg=90.0, lift_m=0.9),
+            things_across(BEAM, (0.2, 0.8), turn_deg=90.0, lift_m=0.9),
         ),
         Situation(
             5120,
@@ -145,7 +145,7 @@ register(
             "ask",
             60.0,
             (
-                *across(BEAM, (0.2, 0.8), turn_deg=90.0),
+                *things_across(BEAM, (0.2, 0.8), turn_deg=90.0),
                 Thing(ENGINE, 14.0, 0.0, "left", 180.0, lamps=BLUE_LAMPS),
                 Thing(FIREFIGHTER, 3.0, 0.6, "edge"),
                 Thing(FIREFIGHTER, 6.0, -0.4, "left", 90.0),
@@ -158,7 +158,7 @@ register(
             "NHTSA recall of 2026-05-11 (3,791 vehicles), robotaxis drive into standing water",
             "ask",
             60.0,
-            tuple(thing for k in range(3) for thing in across(WATER, (0.24, 0.76), 1.8 * k, turn_deg=90.0)),
+            tuple(thing for k in range(3) for thing in things_across(WATER, (0.24, 0.76), 1.8 * k, turn_deg=90.0)),
         ),
         Situation(
             5140,
@@ -167,7 +167,7 @@ register(
             NHTSA_GATES,
             "ask",
             60.0,
-            across(CHAIN, (0.0, 0.2, 0.4, 0.6, 0.8, 1.0), turn_deg=90.0),
+            things_across(CHAIN, (0.0, 0.2, 0.4, 0.6, 0.8, 1.0), turn_deg=90.0),
         ),
         Situation(
             5150,

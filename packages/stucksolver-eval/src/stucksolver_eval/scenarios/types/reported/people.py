@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from stucksolver_eval.scenarios.families.reported import register
-from stucksolver_eval.scenarios.families.situation_rows import Move, Situation, Thing, across
+from stucksolver_eval.scenarios.families.situation_rows import Move, Situation, Thing, things_across
 
 ADULTS = tuple(f"walker.pedestrian.{number:04d}" for number in range(1, 9))
 CHILD, WORKER = "walker.pedestrian.0009", "walker.flagger.0001"
@@ -75,7 +75,7 @@ register(
             "Common report: protests on the road, news of several cities",
             "ask",
             60.0,
-            across(ADULTS[3], (0.08, 0.29, 0.5, 0.71, 0.92), turn_deg=180.0),
+            things_across(ADULTS[3], (0.08, 0.29, 0.5, 0.71, 0.92), turn_deg=180.0),
         ),
         Situation(
             5350,
