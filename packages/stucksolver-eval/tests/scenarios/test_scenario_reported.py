@@ -78,13 +78,13 @@ def test_state_of_schedule_holds_from_its_time_on():
 @pytest.mark.integration
 @pytest.mark.parametrize("route_id", ROUTE_OF, ids=lambda item: f"{ROUTE_OF[item].scenarios[0].type}-{item}")
 def test_situation_is_staged_at_its_site(staged, route_id):
-    """Every thing is spawned near the place, and the ego's arrival is noted."""
+    """Every actor is spawned near the place, and the ego's arrival is noted."""
     playing = staged(ROUTE_OF[route_id])
     row = playing.scenario.situation
     place_s = playing.scenario.place_s
-    for member, thing in zip(playing.scenario._members, row.things, strict=True):
+    for member, actor in zip(playing.scenario._members, row.actors, strict=True):
         s_m, right_m = playing.along(member)
-        assert thing.from_s or (abs(s_m - place_s - thing.ahead_m) < 3.0 and abs(right_m) < 14.0), thing
+        assert actor.from_s or (abs(s_m - place_s - actor.ahead_m) < 3.0 and abs(right_m) < 14.0), actor
     playing.jump(playing.scenario.trigger_s_m)
     playing.jump(max(place_s - min(row.near_m, BEFORE_M) + 1.0, playing.scenario.trigger_s_m))
     playing.run(0.3)
@@ -159,7 +159,7 @@ def test_ego_that_backs_out_of_a_forbidden_place_has_left_it(staged):
 
 
 def in_lane(playing, row):
-    """Kinds of the things that reach into the ego's lane between its stop and the end of the situation."""
+    """Kinds of the actors that reach into the ego's lane between its stop and the end of the situation."""
     found = []
     for member in playing.others(""):
         s_m, right_m = playing.along(member)
@@ -171,7 +171,7 @@ def in_lane(playing, row):
     return found
 
 
-MOVES_OFF = [row.name for row in situations().values() if row.expected == "wait" and row.place == "street"]
+MOVES_OFF = [row.name for row in situations().values() if row.expected == "wait" and row.site == "street"]
 STAYS_BLOCKED = {"OneLaneBridge", "TemporaryLight"}
 """Rows in which the ego's own lane stays blocked, and the other one becomes free."""
 

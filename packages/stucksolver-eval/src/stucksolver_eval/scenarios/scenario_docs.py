@@ -101,13 +101,13 @@ def _reported() -> Iterator[str]:
     yield ""
     yield _REPORTED
     yield ""
-    yield "| route | type | situation | right | place | source |"
+    yield "| route | type | situation | right | site | source |"
     yield "|---|---|---|---|---|---|"
     rows = [cls.situation for cls in SCENARIOS.values() if issubclass(cls, ReportedScenario)]
     for row in sorted(rows, key=lambda row: row.id):
         until = f" after {row.free_s:.0f} s" if row.free_s is not None else ""
         right = f"{row.expected} (within {row.within_s:.0f} s{until})"
-        yield f"| {row.id} | `{row.name}` | {row.about} | {right} | {row.place} | {row.source} |"
+        yield f"| {row.id} | `{row.name}` | {row.about} | {right} | {row.site} | {row.source} |"
 
 
 _REPORTED = """The suite `reported`: each type is a row of a table in `scenarios/types/reported`.

@@ -15,7 +15,7 @@ from stucksolver_eval.sites.suite_placement import Finder
 _LIMIT_KMH = 50.0
 """Highest signed speed limit of a street (km/h); 0 is a street without a sign. Ours."""
 
-Place = Literal["street", "two lanes", "lights", "junction", "rails", "closed street"]
+SiteKind = Literal["street", "two lanes", "lights", "junction", "rails", "closed street"]
 
 
 def street(town: Town, stretch: Path) -> bool:
@@ -25,7 +25,7 @@ def street(town: Town, stretch: Path) -> bool:
 
 
 _STREET: Fits = street
-PLACES: Mapping[Place, Finder] = {
+FINDERS: Mapping[SiteKind, Finder] = {
     "street": to_pass(_STREET),
     "two lanes": LaneSites(right_of_two),
     "lights": JunctionSites(STRAIGHT, LIT),
@@ -33,8 +33,8 @@ PLACES: Mapping[Place, Finder] = {
     "rails": level_crossings,
     "closed street": closed_streets,
 }
-"""Finders by kind of place."""
-AT_JUNCTION: frozenset[Place] = frozenset({"lights", "junction"})
-"""Places whose position is the entry of the route's next junction."""
-ON_LANE: frozenset[Place] = frozenset({"street", "two lanes"})
-"""Places whose position is drawn along a lane."""
+"""Finders by kind of site."""
+AT_JUNCTION: frozenset[SiteKind] = frozenset({"lights", "junction"})
+"""Sites whose position is the entry of the route's next junction."""
+ON_LANE: frozenset[SiteKind] = frozenset({"street", "two lanes"})
+"""Sites whose position is drawn along a lane."""

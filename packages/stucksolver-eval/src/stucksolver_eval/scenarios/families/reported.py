@@ -22,17 +22,17 @@ from stucksolver_eval.scenarios.families.mistaken_lights import MistakenEgo, Mis
 from stucksolver_eval.scenarios.families.obstacle import oncoming_flow
 from stucksolver_eval.scenarios.families.situation_rows import (
     PARKED_LIFT_M,
+    Actor,
+    HeroPose,
     Move,
-    Put,
     Situation,
-    Thing,
     state_at,
 )
 from stucksolver_eval.scenarios.families.stuck import FAR_M, PASSABLE_M, QUEUE_M, STANDING_MPS
 from stucksolver_eval.scenarios.parameters import NumberParameter
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.sites.parameter_draws import Draw, IntegerDraw
-from stucksolver_eval.sites.reported_sites import AT_JUNCTION, ON_LANE, PLACES
+from stucksolver_eval.sites.reported_sites import AT_JUNCTION, FINDERS, ON_LANE
 from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 ROUTE_M, END_M, SETTLE_S = 120.0, 10.0, 0.2
@@ -51,14 +51,14 @@ class ReportedScenario(JunctionScenario):
         if not self._at_junction:
             return None
         missing = super().needs(setting)
-        if missing is None and self.situation.place == "lights" and not self.own_lights:
+        if missing is None and self.situation.site == "lights" and not self.own_lights:
             missing = "the hero has no traffic light at its next junction"
         return missing
 
     # ---- staging
 
     def stage(self) -> None:
-        self._members = [self._spawn(thing) for thing in self.situation.things]
+        self._members = [self._spawn(actor) for actor in self.situation.actors]
         if self.situation.closure:
             for pose in row_across(self.setting.map, self._lane(0.0)[0]):
                 self.cast.must_spawn(self.situation.closure, pose, lift_m=0.0)
@@ -67,21 +67,21 @@ class ReportedScenario(JunctionScenario):
         self._sliding: dict[int, tuple[float, float]] = {}
         self._noted: set[str] = set()
 
-    def _spawn(self, thing: Thing) -> ScenarioActor:
-        options = {"gesture": thing.gesture} if thing.gesture else {}
-        if thing.from_s:
-            return self.cast.keep_below(thing.kind, **options)
-        member = self.cast.must_spawn(thing.kind, self._pose(thing), lift_m=thing.origin_m, **options)
-        if thing.kind.startswith("vehicle."):
+    def _spawn(self, actor: Actor) -> ScenarioActor:
+        options = {"gesture": actor.gesture} if actor.gesture else {}
+        if actor.from_s:
+            return self.cast.keep_below(actor.blueprint, **options)
+        member = self.cast.must_spawn(actor.blueprint, self._pose(actor), lift_m=actor.origin_m, **options)
+        if actor.blueprint.startswith("vehicle."):
             self.cast.hold(member)
-            self.cast.lights(member, lamps("NONE", *thing.lamps))
-        if thing.has_open_door:
+            self.cast.lights(member, lamps("NONE", *actor.lamps))
+        if actor.has_open_door:
             self.cast.open_door(member, carla.VehicleDoor.FL)
         return member
 
-    def _pose(self, thing: Thing) -> carla.Transform:
-        lane, ahead_m = self._lane(thing.ahead_m)
-        return offset_pose(lane, self._right_m(lane, thing), ahead_m, turn_deg=thing.turn_deg)
+    def _pose(self, actor: Actor) -> carla.Transform:
+        lane, ahead_m = self._lane(actor.ahead_m)
+        return offset_pose(lane, self._right_m(lane, actor), ahead_m, turn_deg=actor.turn_deg)
 
     def _lane(self, ahead_m: float) -> tuple[carla.Waypoint, float]:
         """Return the lane at a position along it, and the distance that remains to go straight on from there (m)."""
@@ -90,12 +90,12 @@ class ReportedScenario(JunctionScenario):
         return self.setting.route.waypoint_at(self.place_s + ahead_m), 0.0
 
     @staticmethod
-    def _right_m(lane: carla.Waypoint, thing: Thing) -> float:
+    def _right_m(lane: carla.Waypoint, actor: Actor) -> float:
         half_m = lane.lane_width / 2.0
         beside = lane.get_left_lane()
         left_m = lane.lane_width if beside is None else beside.lane_width
-        if thing.side == "road":
-            return float(thing.right_m * (lane.lane_width + left_m) - half_m - left_m)
+        if actor.origin == "road":
+            return float(actor.right_m * (lane.lane_width + left_m) - half_m - left_m)
         origin_m = {
             "lane": 0.0,
             "edge": half_m,
@@ -103,11 +103,11 @@ class ReportedScenario(JunctionScenario):
             "left": -half_m - left_m / 2.0,
             "far": -half_m - left_m,
         }
-        return float(origin_m[thing.side] + thing.right_m)
+        return float(origin_m[actor.origin] + actor.right_m)
 
     @property
     def _at_junction(self) -> bool:
-        return self.situation.place in AT_JUNCTION
+        return self.situation.site in AT_JUNCTION
 
     @cached_property
     def place_s(self) -> float:
@@ -162,23 +162,23 @@ class ReportedScenario(JunctionScenario):
         self._now_s = 0.0
         self._set_lights()
         yield from self.until(self._has_arrived)
-        if self.situation.put is not None:
-            self._put_hero(self.situation.put)
+        if self.situation.hero_pose is not None:
+            self._put_hero(self.situation.hero_pose)
             yield from self.wait(SETTLE_S)
         self.note("met")
         met_s = self.cast.time_s
         while not self._is_over():
             self._now_s = self.cast.time_s - met_s
             self._set_lights()
-            for index, thing in enumerate(self.situation.things):
-                self._move(index, thing)
+            for index, actor in enumerate(self.situation.actors):
+                self._move(index, actor)
             self._note_marks()
             yield
         self.free_lights()
 
     def _has_arrived(self) -> bool:
         row = self.situation
-        queued = row.place == "lights" and row.put is None and self.hero.speed_mps < STANDING_MPS
+        queued = row.site == "lights" and row.hero_pose is None and self.hero.speed_mps < STANDING_MPS
         return self.gap_m(self.place_s) < (QUEUE_M if queued else row.near_m)
 
     def _is_over(self) -> bool:
@@ -210,9 +210,9 @@ class ReportedScenario(JunctionScenario):
         half_m = self.cast.hero_member.half_length_m
         return along_m + half_m < zone_m[0] or along_m - half_m > zone_m[1]
 
-    def _put_hero(self, put: Put) -> None:
-        lane, ahead_m = self._lane(put.ahead_m)
-        self.setting.hero.set_transform(offset_pose(lane, put.right_m, ahead_m, PARKED_LIFT_M, put.turn_deg))
+    def _put_hero(self, pose: HeroPose) -> None:
+        lane, ahead_m = self._lane(pose.ahead_m)
+        self.setting.hero.set_transform(offset_pose(lane, pose.right_m, ahead_m, PARKED_LIFT_M, pose.turn_deg))
         self.setting.hero.set_target_velocity(carla.Vector3D())
 
     def disturb(self, control: carla.VehicleControl) -> carla.VehicleControl:
@@ -239,24 +239,24 @@ class ReportedScenario(JunctionScenario):
 
     # ---- motion
 
-    def _move(self, index: int, thing: Thing) -> None:
-        if self._now_s < thing.from_s:
+    def _move(self, index: int, actor: Actor) -> None:
+        if self._now_s < actor.from_s:
             return
         if self._members[index].is_staged:
-            self.cast.bring(self._members[index], self._pose(thing), thing.origin_m)
-        now_s = self._now_s % thing.every_s if thing.every_s else self._now_s
-        number = sum(move.at_s <= now_s for move in thing.moves) - 1
+            self.cast.bring(self._members[index], self._pose(actor), actor.origin_m)
+        now_s = self._now_s % actor.every_s if actor.every_s else self._now_s
+        number = sum(move.at_s <= now_s for move in actor.moves) - 1
         if number < 0:
             return
-        move = thing.moves[number]
+        move = actor.moves[number]
         state = number, now_s < move.at_s + move.for_s
         if self._state.get(index) != state:
             self._state[index] = state
-            self._begin(index, thing, move, move.speed_mps if state[1] else 0.0)
+            self._begin(index, actor, move, move.speed_mps if state[1] else 0.0)
         if index in self._sliding:
             self._slide(index)
 
-    def _begin(self, index: int, thing: Thing, move: Move, speed_mps: float) -> None:
+    def _begin(self, index: int, actor: Actor, move: Move, speed_mps: float) -> None:
         member = self._members[index]
         if move.is_gone:
             self.cars.remove([self._cars.pop(index)]) if index in self._cars else self.cast.remove([member])
@@ -264,29 +264,29 @@ class ReportedScenario(JunctionScenario):
             return
         if move.lamps is not None:
             self.cast.lights(member, lamps("NONE", *move.lamps))
-        yaw_rad = math.radians(self._lane(thing.ahead_m)[0].transform.rotation.yaw + move.turn_deg)
+        yaw_rad = math.radians(self._lane(actor.ahead_m)[0].transform.rotation.yaw + move.turn_deg)
         x, y = math.cos(yaw_rad), math.sin(yaw_rad)
-        if thing.kind.startswith("vehicle."):
-            self._drive(index, thing, speed_mps)
-        elif thing.kind.startswith("static."):
+        if actor.blueprint.startswith("vehicle."):
+            self._drive(index, actor, speed_mps)
+        elif actor.blueprint.startswith("static."):
             self._sliding[index] = (speed_mps * x, speed_mps * y)
         else:
             self.cast.walk(member, x, y, speed_mps)
 
-    def _drive(self, index: int, thing: Thing, speed_mps: float) -> None:
+    def _drive(self, index: int, actor: Actor, speed_mps: float) -> None:
         """Let a vehicle drive along its lane; one that faces the hero drives in the direction of the oncoming lane."""
         if index not in self._cars:
-            lane = self._lane(thing.ahead_m)[0]
-            right_m = self._right_m(lane, thing)
-            faces_hero = abs(thing.turn_deg) > 90.0
-            beside = lane.get_left_lane() if faces_hero or thing.side == "left" else None
+            lane = self._lane(actor.ahead_m)[0]
+            right_m = self._right_m(lane, actor)
+            faces_hero = abs(actor.turn_deg) > 90.0
+            beside = lane.get_left_lane() if faces_hero or actor.origin == "left" else None
             if beside is not None:
                 right_m += (lane.lane_width + beside.lane_width) / 2.0
                 lane, right_m = beside, -right_m if faces_hero else right_m
-            path = {"merge": (right_m, thing.merge_m)} if thing.merge_m else {"offset_m": right_m}
+            path = {"merge": (right_m, actor.merge_m)} if actor.merge_m else {"offset_m": right_m}
             line = run_of_lane(lane, ROUTE_M)
             self._cars[index] = self.cars.drive(
-                self._members[index], line, speed_mps, begin=False, obeys_lights=False, yields=thing.yields, **path
+                self._members[index], line, speed_mps, begin=False, obeys_lights=False, yields=actor.yields, **path
             )
         self._cars[index].wish_mps = speed_mps
 
@@ -301,16 +301,16 @@ class ReportedScenario(JunctionScenario):
 def register(rows: Sequence[Situation]) -> None:
     """Register a scenario type for each row."""
     for row in rows:
-        values: dict[str, Draw] = {"distance": IntegerDraw(40, 48)} if row.place in ON_LANE else {}
+        values: dict[str, Draw] = {"distance": IntegerDraw(40, 48)} if row.site in ON_LANE else {}
         suspends = {"blocked", "wrong_lane", *({"route_deviation"} if row.expected == "reroute" else ())}
         members = {
             "__doc__": row.about,
             "situation": row,
             "type": row.name,
-            "placed": SuitePlacement("reported", row.id, PLACES[row.place], values),
+            "placed": SuitePlacement("reported", row.id, FINDERS[row.site], values),
             "expected": row.expected,
             "within_s": row.within_s,
             "suspends": frozenset(suspends),
-            "blueprints": tuple(dict.fromkeys(filter(None, (*(thing.kind for thing in row.things), row.closure)))),
+            "blueprints": tuple(dict.fromkeys(filter(None, (*(actor.blueprint for actor in row.actors), row.closure)))),
         }
         scenario(type(row.name, (ReportedScenario,), members))

@@ -13,9 +13,9 @@ from typing import Any, Literal
 
 from stucksolver_eval.scenarios.families.crossing_actors import WALKER_LIFT_M
 from stucksolver_eval.scenarios.scenario import Expected
-from stucksolver_eval.sites.reported_sites import Place
+from stucksolver_eval.sites.reported_sites import SiteKind
 
-Side = Literal["lane", "edge", "curb", "left", "far", "road"]
+LateralOrigin = Literal["lane", "edge", "curb", "left", "far", "road"]
 Traffic = Literal["empty", "behind", "oncoming", "busy"]
 Schedule = tuple[tuple[float, str], ...]
 """States by the time from which they hold (s). The first one holds before that, too."""
@@ -25,7 +25,7 @@ PARKED_LIFT_M = 0.3
 
 @dataclass(frozen=True)
 class Move:
-    """From `at_s` on for `for_s`, a thing moves at `speed_mps`; vehicles along a lane, others in a direction."""
+    """From `at_s` on for `for_s`, an actor moves at `speed_mps`; vehicles along a lane, others in a direction."""
 
     at_s: float
     speed_mps: float = 0.0
@@ -33,20 +33,20 @@ class Move:
     turn_deg: float = 0.0
     """Direction relative to the hero's lane, clockwise (degrees); -90 is to the left. Not for vehicles."""
     is_gone: bool = False
-    """True if the thing disappears instead."""
+    """True if the actor disappears instead."""
     lamps: tuple[str, ...] | None = None
     """New lamps of a vehicle."""
 
 
 @dataclass(frozen=True)
-class Thing:
+class Actor:
     """One actor. `kind` is a blueprint; vehicles stay in place until their first move."""
 
-    kind: str
+    blueprint: str
     ahead_m: float = 0.0
     right_m: float = 0.0
     """Distance to the right of `side` (m). For the side `road`: the share of the road's width from its left edge."""
-    side: Side = "lane"
+    origin: LateralOrigin = "lane"
     """`lane` and `left`: centers of the hero's lane and of the next one to the left. `edge`, `curb` and `far`: the
     right edges of the hero's lane and of the road, and the left edge of the lane to the left."""
     turn_deg: float = 0.0
@@ -66,12 +66,12 @@ class Thing:
     @property
     def origin_m(self) -> float:
         """Height of the actor's origin above the ground (m)."""
-        kind = self.kind.partition(".")[0]
+        kind = self.blueprint.partition(".")[0]
         return self.lift_m + {"static": 0.0, "vehicle": PARKED_LIFT_M}.get(kind, WALKER_LIFT_M)
 
 
 @dataclass(frozen=True)
-class Put:
+class HeroPose:
     """Pose at which the hero stops, relative to the place; a fault of the driver brought it there."""
 
     ahead_m: float = 0.0
@@ -92,10 +92,10 @@ class Situation:
     within_s: float
     """Time for the right reaction (s). `recover`, `leave`, `ask` and `reroute`: from the arrival. `wait`: from the time
     at which going becomes right (`free_s`)."""
-    things: tuple[Thing, ...] = ()
+    actors: tuple[Actor, ...] = ()
     closure: str = ""
     """Blueprint of a row of objects across the whole road."""
-    place: Place = "street"
+    site: SiteKind = "street"
     free_s: float | None = None
     """Earliest time at which going is right where waiting is right before (s)."""
     traffic: Traffic = "empty"
@@ -107,7 +107,7 @@ class Situation:
     """States of the hero's light: `red`, `green` or `off`. The other lights are red, or off."""
     perceived: Schedule = ()
     """States of the hero's light as perceived; where no light exists, of a light at the place."""
-    put: Put | None = None
+    hero_pose: HeroPose | None = None
     is_held: bool = False
     """True if the hero does not move from its arrival on, whatever its driver does."""
     zone_m: tuple[float, float] | None = None
@@ -119,6 +119,6 @@ def state_at(schedule: Schedule, now_s: float) -> str:
     return [state for at_s, state in schedule if at_s <= now_s or at_s == schedule[0][0]][-1]
 
 
-def things_across(kind: str, shares: Sequence[float], ahead_m: float = 0.0, **options: Any) -> tuple[Thing, ...]:
-    """Return equal things beside each other, at shares of the road's width from its left edge."""
-    return tuple(Thing(kind, ahead_m, share, "road", **options) for share in shares)
+def actors_across(kind: str, shares: Sequence[float], ahead_m: float = 0.0, **options: Any) -> tuple[Actor, ...]:
+    """Return equal actors beside each other, at shares of the road's width from its left edge."""
+    return tuple(Actor(kind, ahead_m, share, "road", **options) for share in shares)

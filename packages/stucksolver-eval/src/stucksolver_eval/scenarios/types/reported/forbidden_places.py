@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from stucksolver_eval.scenarios.families.reported import register
-from stucksolver_eval.scenarios.families.situation_rows import Put, Situation, Thing
+from stucksolver_eval.scenarios.families.situation_rows import Actor, HeroPose, Situation
 
 CAR, ENGINE = "vehicle.lincoln.mkz_2020", "vehicle.carlamotors.firetruck"
 LORRY = "vehicle.carlamotors.carlacola"
@@ -18,10 +18,10 @@ register(
             "Business Insider, 2023-04, footage of a robotaxi on tracks before a train in San Francisco",
             "leave",
             20.0,
-            (Thing(CAR, 9.0),),
-            place="rails",
+            (Actor(CAR, 9.0),),
+            site="rails",
             near_m=6.0,
-            put=Put(1.0),
+            hero_pose=HeroPose(1.0),
             zone_m=(-3.0, 3.0),
         ),
         Situation(
@@ -31,10 +31,10 @@ register(
             "Apollo issue 12511 (2020-09-13), the vehicle stops on the crosswalk",
             "leave",
             20.0,
-            place="lights",
+            site="lights",
             traffic="busy",
             near_m=8.0,
-            put=Put(-1.65),
+            hero_pose=HeroPose(-1.65),
             lights=((0.0, "red"),),
             zone_m=(0.1, 30.0),
         ),
@@ -45,9 +45,9 @@ register(
             "Mission Local, 2023-08, robotaxis obstruct fire stations, reports of the San Francisco Fire Department",
             "leave",
             20.0,
-            (Thing(CAR, 9.0), Thing(ENGINE, 0.0, 6.0, "edge", -90.0, lamps=BLUE_LAMPS)),
+            (Actor(CAR, 9.0), Actor(ENGINE, 0.0, 6.0, "edge", -90.0, lamps=BLUE_LAMPS)),
             near_m=8.0,
-            put=Put(0.0),
+            hero_pose=HeroPose(0.0),
             zone_m=(-4.0, 4.0),
         ),
         Situation(
@@ -58,11 +58,11 @@ register(
             "leave",
             30.0,
             (
-                Thing(LORRY, 0.0, 0.0, "left", 180.0),
-                Thing(ENGINE, 12.0, 0.0, "lane", 180.0, lamps=BLUE_LAMPS),
+                Actor(LORRY, 0.0, 0.0, "left", 180.0),
+                Actor(ENGINE, 12.0, 0.0, "lane", 180.0, lamps=BLUE_LAMPS),
             ),
             near_m=8.0,
-            put=Put(0.0),
+            hero_pose=HeroPose(0.0),
             zone_m=(-5.0, 5.0),
         ),
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from stucksolver_eval.actors.actor_pool import HAZARD_LAMPS
 from stucksolver_eval.scenarios.families.reported import register
-from stucksolver_eval.scenarios.families.situation_rows import Move, Situation, Thing, things_across
+from stucksolver_eval.scenarios.families.situation_rows import Actor, Move, Situation, actors_across
 
 CAR, WIDE_CAR, TAXI = "vehicle.lincoln.mkz_2020", "vehicle.tesla.model3", "vehicle.ford.crown"
 VAN, LORRY, ENGINE = "vehicle.mercedes.sprinter", "vehicle.carlamotors.carlacola", "vehicle.carlamotors.firetruck"
@@ -30,7 +30,7 @@ register(
             "Apollo issue 13228 (2020-12-22), a small obstacle outside the lane ends the pass",
             "recover",
             60.0,
-            (Thing(CAR, lamps=HAZARD_LAMPS), Thing(BIN, 6.0, 0.4, "far")),
+            (Actor(CAR, lamps=HAZARD_LAMPS), Actor(BIN, 6.0, 0.4, "far")),
         ),
         Situation(
             5010,
@@ -39,7 +39,7 @@ register(
             "Apollo issue 12949 (2020-11-10), a second vehicle ends a pass in a deadlock",
             "recover",
             90.0,
-            (Thing(VAN, lamps=HAZARD_LAMPS), Thing(VAN, 30.0, 0.0, "left", 180.0, lamps=HAZARD_LAMPS)),
+            (Actor(VAN, lamps=HAZARD_LAMPS), Actor(VAN, 30.0, 0.0, "left", 180.0, lamps=HAZARD_LAMPS)),
             past_m=45.0,
         ),
         Situation(
@@ -49,7 +49,7 @@ register(
             "San Francisco Fire Department, unusual occurrence report of 2022-04-05 on a collection truck in the lane",
             "recover",
             120.0,
-            (Thing(LORRY, lamps=HAZARD_LAMPS, moves=(Move(0.0), Move(20.0, 3.0)), every_s=24.0),),
+            (Actor(LORRY, lamps=HAZARD_LAMPS, moves=(Move(0.0), Move(20.0, 3.0)), every_s=24.0),),
             past_m=60.0,
         ),
         Situation(
@@ -69,7 +69,7 @@ register(
             "Daily Dot, robotaxi circles before a locked gate in Venice, California",
             "ask",
             60.0,
-            (Thing(GATE, 0.0, 0.3, "edge", 180.0), Thing(GATE, 0.0, -4.6, "edge", 180.0)),
+            (Actor(GATE, 0.0, 0.3, "edge", 180.0), Actor(GATE, 0.0, -4.6, "edge", 180.0)),
         ),
         Situation(
             5050,
@@ -78,7 +78,7 @@ register(
             "Futurism, 2024-11-04, robotaxis behind a delivery truck",
             "recover",
             60.0,
-            (Thing(LORRY, lamps=HAZARD_LAMPS),),
+            (Actor(LORRY, lamps=HAZARD_LAMPS),),
             traffic="behind",
         ),
         Situation(
@@ -88,7 +88,7 @@ register(
             "Autoware issue 10287 (2025-03-17), avoidance of a parked vehicle ends without room",
             "recover",
             45.0,
-            (Thing(WIDE_CAR),),
+            (Actor(WIDE_CAR),),
         ),
         Situation(
             5070,
@@ -97,7 +97,7 @@ register(
             "Bay Area News Group, 2025-06-19, lawsuit after a robotaxi's door opened before a cyclist",
             "recover",
             90.0,
-            tuple(Thing(TAXI, 7.0 * k, -0.5, "edge", has_open_door=k != 1) for k in range(3)),
+            tuple(Actor(TAXI, 7.0 * k, -0.5, "edge", has_open_door=k != 1) for k in range(3)),
             past_m=28.0,
         ),
         Situation(
@@ -107,7 +107,7 @@ register(
             "FutureCar, 2018-02-05, an autonomous shuttle halts in Minnesota's winter",
             "recover",
             60.0,
-            tuple(Thing(HEAP, 1.7 * k, -0.5, "edge") for k in range(6)),
+            tuple(Actor(HEAP, 1.7 * k, -0.5, "edge") for k in range(6)),
             past_m=22.0,
         ),
         Situation(
@@ -117,7 +117,7 @@ register(
             STORM,
             "recover",
             60.0,
-            (Thing(BEAM, 0.0, -0.2, "edge", 60.0),),
+            (Actor(BEAM, 0.0, -0.2, "edge", 60.0),),
         ),
         Situation(
             5100,
@@ -126,7 +126,7 @@ register(
             STORM,
             "recover",
             90.0,
-            (Thing(BEAM, 0.0, 0.8, "lane", 90.0, lift_m=1.2),),
+            (Actor(BEAM, 0.0, 0.8, "lane", 90.0, lift_m=1.2),),
         ),
         Situation(
             5110,
@@ -135,7 +135,7 @@ register(
             STORM,
             "ask",
             60.0,
-            things_across(BEAM, (0.2, 0.8), turn_deg=90.0, lift_m=0.9),
+            actors_across(BEAM, (0.2, 0.8), turn_deg=90.0, lift_m=0.9),
         ),
         Situation(
             5120,
@@ -145,10 +145,10 @@ register(
             "ask",
             60.0,
             (
-                *things_across(BEAM, (0.2, 0.8), turn_deg=90.0),
-                Thing(ENGINE, 14.0, 0.0, "left", 180.0, lamps=BLUE_LAMPS),
-                Thing(FIREFIGHTER, 3.0, 0.6, "edge"),
-                Thing(FIREFIGHTER, 6.0, -0.4, "left", 90.0),
+                *actors_across(BEAM, (0.2, 0.8), turn_deg=90.0),
+                Actor(ENGINE, 14.0, 0.0, "left", 180.0, lamps=BLUE_LAMPS),
+                Actor(FIREFIGHTER, 3.0, 0.6, "edge"),
+                Actor(FIREFIGHTER, 6.0, -0.4, "left", 90.0),
             ),
         ),
         Situation(
@@ -158,7 +158,7 @@ register(
             "NHTSA recall of 2026-05-11 (3,791 vehicles), robotaxis drive into standing water",
             "ask",
             60.0,
-            tuple(thing for k in range(3) for thing in things_across(WATER, (0.24, 0.76), 1.8 * k, turn_deg=90.0)),
+            tuple(actor for k in range(3) for actor in actors_across(WATER, (0.24, 0.76), 1.8 * k, turn_deg=90.0)),
         ),
         Situation(
             5140,
@@ -167,7 +167,7 @@ register(
             NHTSA_GATES,
             "ask",
             60.0,
-            things_across(CHAIN, (0.0, 0.2, 0.4, 0.6, 0.8, 1.0), turn_deg=90.0),
+            actors_across(CHAIN, (0.0, 0.2, 0.4, 0.6, 0.8, 1.0), turn_deg=90.0),
         ),
         Situation(
             5150,
@@ -177,7 +177,7 @@ register(
             "reroute",
             150.0,
             closure=CONE,
-            place="closed street",
+            site="closed street",
         ),
         Situation(
             5160,
@@ -187,7 +187,7 @@ register(
             "reroute",
             150.0,
             closure=BARRIER,
-            place="closed street",
+            site="closed street",
         ),
         Situation(
             5170,
@@ -196,8 +196,8 @@ register(
             "Vice, 2021-05, robotaxi stopped by cones in Chandler, Arizona",
             "recover",
             60.0,
-            (Thing(TRAILER), *(Thing(CONE, -9.0 + 3.0 * k, 1.2 - 0.8 * k) for k in range(4))),
-            place="two lanes",
+            (Actor(TRAILER), *(Actor(CONE, -9.0 + 3.0 * k, 1.2 - 0.8 * k) for k in range(4))),
+            site="two lanes",
         ),
         Situation(
             5180,
@@ -207,9 +207,9 @@ register(
             "recover",
             60.0,
             (
-                Thing(CAR, moves=(Move(12.0, 8.0),)),
-                Thing(CONE, -5.4, 0.8, "edge", moves=(Move(6.0, 1.0, 2.6, -90.0),)),
-                Thing(PASSER_BY, -4.0, 1.2, "edge", moves=(Move(6.0, 1.0, 2.0, -90.0), Move(9.0, 1.5, 3.0, 90.0))),
+                Actor(CAR, moves=(Move(12.0, 8.0),)),
+                Actor(CONE, -5.4, 0.8, "edge", moves=(Move(6.0, 1.0, 2.6, -90.0),)),
+                Actor(PASSER_BY, -4.0, 1.2, "edge", moves=(Move(6.0, 1.0, 2.0, -90.0), Move(9.0, 1.5, 3.0, 90.0))),
             ),
         ),
         Situation(
@@ -219,7 +219,7 @@ register(
             DMV,
             "recover",
             60.0,
-            tuple(Thing(BAG, 0.6 * k, 0.5 * (-1) ** k) for k in range(5)),
+            tuple(Actor(BAG, 0.6 * k, 0.5 * (-1) ** k) for k in range(5)),
         ),
         Situation(
             5210,
@@ -228,7 +228,7 @@ register(
             DMV,
             "recover",
             60.0,
-            (Thing("vehicle.vespa.zx125", 0.0, 0.3, "lane", 90.0),),
+            (Actor("vehicle.vespa.zx125", 0.0, 0.3, "lane", 90.0),),
         ),
         Situation(
             5220,
@@ -238,8 +238,8 @@ register(
             "recover",
             60.0,
             (
-                *(Thing(CONE, ahead_m, right_m) for ahead_m in (-1.0, 1.0) for right_m in (-0.8, 0.8)),
-                Thing(BARRIER, -1.4, 0.0, "lane", 90.0),
+                *(Actor(CONE, ahead_m, right_m) for ahead_m in (-1.0, 1.0) for right_m in (-0.8, 0.8)),
+                Actor(BARRIER, -1.4, 0.0, "lane", 90.0),
             ),
         ),
         Situation(
@@ -249,7 +249,7 @@ register(
             "NHTSA recall 24E-049 (2024-06-12), robotaxi hits a pole in an alley in Phoenix",
             "recover",
             45.0,
-            (Thing(POLE, 0.0, -0.5, "edge"),),
+            (Actor(POLE, 0.0, -0.5, "edge"),),
         ),
         Situation(
             5240,
@@ -258,7 +258,7 @@ register(
             "CNN, 2023-08, at least ten robotaxis stand in North Beach with hazard lights",
             "recover",
             120.0,
-            tuple(Thing(CAR, 8.0 * k, lamps=HAZARD_LAMPS) for k in range(3)),
+            tuple(Actor(CAR, 8.0 * k, lamps=HAZARD_LAMPS) for k in range(3)),
             traffic="oncoming",
             past_m=30.0,
         ),

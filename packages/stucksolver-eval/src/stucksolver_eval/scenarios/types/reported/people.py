@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from stucksolver_eval.scenarios.families.reported import register
-from stucksolver_eval.scenarios.families.situation_rows import Move, Situation, Thing, things_across
+from stucksolver_eval.scenarios.families.situation_rows import Actor, Move, Situation, actors_across
 
 ADULTS = tuple(f"walker.pedestrian.{number:04d}" for number in range(1, 9))
 CHILD, WORKER = "walker.pedestrian.0009", "walker.flagger.0001"
@@ -13,14 +13,14 @@ BARRIER = "static.prop.streetbarrier"
 LEFT, RIGHT = -90.0, 90.0
 
 
-def _parade() -> tuple[Thing, ...]:
+def _parade() -> tuple[Actor, ...]:
     """Return twelve people who walk ahead over both lanes for 60 s, and then leave to both sides."""
-    things = []
+    actors = []
     for k in range(12):
         share = 0.1 + 0.8 * (k % 4) / 3.0
         leave = Move(60.0, 1.3, 6.0, LEFT if share < 0.5 else RIGHT)
-        things.append(Thing(ADULTS[k % 8], 1.8 * (k // 4), share, "road", moves=(Move(0.0, 0.7), leave)))
-    return tuple(things)
+        actors.append(Actor(ADULTS[k % 8], 1.8 * (k // 4), share, "road", moves=(Move(0.0, 0.7), leave)))
+    return tuple(actors)
 
 
 register(
@@ -32,7 +32,7 @@ register(
             "Autoware pull request 9988 (2025-01-20), pedestrians who do not start to cross",
             "recover",
             45.0,
-            (Thing(ADULTS[0], 0.0, -0.3, "edge", LEFT),),
+            (Actor(ADULTS[0], 0.0, -0.3, "edge", LEFT),),
         ),
         Situation(
             5310,
@@ -41,7 +41,7 @@ register(
             "Control of PedestrianNotCrossing",
             "wait",
             40.0,
-            (Thing(ADULTS[0], 0.0, -0.3, "edge", LEFT, moves=(Move(15.0, 0.8, 9.5, LEFT),)),),
+            (Actor(ADULTS[0], 0.0, -0.3, "edge", LEFT, moves=(Move(15.0, 0.8, 9.5, LEFT),)),),
             free_s=19.0,
         ),
         Situation(
@@ -52,8 +52,8 @@ register(
             "recover",
             30.0,
             (
-                Thing(ADULTS[2], 0.0, 0.75, "edge", LEFT),
-                *(Thing(BARRIER, ahead_m, 0.25, "edge", 90.0) for ahead_m in (-1.3, 0.0, 1.3)),
+                Actor(ADULTS[2], 0.0, 0.75, "edge", LEFT),
+                *(Actor(BARRIER, ahead_m, 0.25, "edge", 90.0) for ahead_m in (-1.3, 0.0, 1.3)),
             ),
         ),
         Situation(
@@ -64,7 +64,7 @@ register(
             "wait",
             60.0,
             tuple(
-                Thing(ADULTS[k], 0.5 * k, -0.8 - 0.9 * k, "edge", moves=(Move(60.0, 1.2, 4.0, RIGHT),)) for k in (1, 2)
+                Actor(ADULTS[k], 0.5 * k, -0.8 - 0.9 * k, "edge", moves=(Move(60.0, 1.2, 4.0, RIGHT),)) for k in (1, 2)
             ),
             free_s=61.0,
         ),
@@ -75,7 +75,7 @@ register(
             "Common report: protests on the road, news of several cities",
             "ask",
             60.0,
-            things_across(ADULTS[3], (0.08, 0.29, 0.5, 0.71, 0.92), turn_deg=180.0),
+            actors_across(ADULTS[3], (0.08, 0.29, 0.5, 0.71, 0.92), turn_deg=180.0),
         ),
         Situation(
             5350,
@@ -96,8 +96,8 @@ register(
             "wait",
             45.0,
             (
-                Thing(ADULTS[5], 0.0, 0.5, "edge", LEFT, moves=(Move(25.0, 1.2, 4.0, RIGHT),)),
-                Thing(DOG, 0.0, -1.1, "edge", LEFT, moves=(Move(25.0, 1.2, 4.0, RIGHT),)),
+                Actor(ADULTS[5], 0.0, 0.5, "edge", LEFT, moves=(Move(25.0, 1.2, 4.0, RIGHT),)),
+                Actor(DOG, 0.0, -1.1, "edge", LEFT, moves=(Move(25.0, 1.2, 4.0, RIGHT),)),
             ),
             free_s=26.0,
         ),
@@ -109,8 +109,8 @@ register(
             "wait",
             60.0,
             (
-                Thing(HORSE, moves=(Move(0.0, 0.8), Move(30.0, 1.0, 4.0, RIGHT))),
-                Thing(ADULTS[6], 0.6, 0.9, moves=(Move(0.0, 0.8), Move(30.0, 1.0, 4.0, RIGHT))),
+                Actor(HORSE, moves=(Move(0.0, 0.8), Move(30.0, 1.0, 4.0, RIGHT))),
+                Actor(ADULTS[6], 0.6, 0.9, moves=(Move(0.0, 0.8), Move(30.0, 1.0, 4.0, RIGHT))),
             ),
             free_s=32.0,
             past_m=45.0,
@@ -122,7 +122,7 @@ register(
             "Common report: animals on the road, California DMV disengagement reports 2023",
             "wait",
             45.0,
-            tuple(Thing(GOOSE, 0.2 * k, 0.8 * k - 1.5, moves=(Move(8.0, 0.4, 20.0, LEFT),)) for k in range(5)),
+            tuple(Actor(GOOSE, 0.2 * k, 0.8 * k - 1.5, moves=(Move(8.0, 0.4, 20.0, LEFT),)) for k in range(5)),
             free_s=16.0,
         ),
         Situation(
@@ -132,7 +132,7 @@ register(
             "California DMV, order of suspension of 2023-10-24, a robotaxi moves with a person under it",
             "ask",
             45.0,
-            (Thing(ADULTS[7], 0.0, 0.0, "lane", 180.0, moves=(Move(6.0, 1.0, 2.5, 180.0),)),),
+            (Actor(ADULTS[7], 0.0, 0.0, "lane", 180.0, moves=(Move(6.0, 1.0, 2.5, 180.0),)),),
         ),
         Situation(
             5400,
@@ -142,7 +142,7 @@ register(
             "recover",
             60.0,
             (
-                Thing(
+                Actor(
                     ADULTS[4],
                     0.0,
                     0.3,
@@ -167,9 +167,9 @@ register(
             "wait",
             45.0,
             (
-                Thing(COUCH, 0.0, -0.6, "edge", 0.0, lift_m=0.5, moves=(Move(8.0, 0.35, 24.0, LEFT),)),
+                Actor(COUCH, 0.0, -0.6, "edge", 0.0, lift_m=0.5, moves=(Move(8.0, 0.35, 24.0, LEFT),)),
                 *(
-                    Thing(ADULTS[k], ahead_m, -0.6, "edge", LEFT, moves=(Move(8.0, 0.35, 24.0, LEFT),))
+                    Actor(ADULTS[k], ahead_m, -0.6, "edge", LEFT, moves=(Move(8.0, 0.35, 24.0, LEFT),))
                     for k, ahead_m in ((0, -1.8), (1, 1.8))
                 ),
             ),
@@ -182,7 +182,7 @@ register(
             "TechCrunch, 2024-12, robotaxi and delivery robot collide in Los Angeles",
             "recover",
             90.0,
-            (Thing(ROBOT, 0.0, -0.5, "edge", LEFT, moves=(Move(0.0, 0.8, 1.5, LEFT), Move(35.0, 0.8, 6.0, LEFT))),),
+            (Actor(ROBOT, 0.0, -0.5, "edge", LEFT, moves=(Move(0.0, 0.8, 1.5, LEFT), Move(35.0, 0.8, 6.0, LEFT))),),
         ),
         Situation(
             5430,
@@ -192,8 +192,8 @@ register(
             "recover",
             60.0,
             (
-                Thing(WORKER, -3.0, 0.6, "edge", 180.0, gesture="go"),
-                *(Thing(BARRIER, 1.5 * k, -0.6, "edge", 90.0) for k in range(3)),
+                Actor(WORKER, -3.0, 0.6, "edge", 180.0, gesture="go"),
+                *(Actor(BARRIER, 1.5 * k, -0.6, "edge", 90.0) for k in range(3)),
             ),
         ),
         Situation(
@@ -204,10 +204,10 @@ register(
             "wait",
             60.0,
             (
-                Thing(WORKER, 0.0, 0.5, "lane", 180.0, gesture="stop", moves=(Move(40.0, is_gone=True),)),
-                Thing(WORKER, 0.0, 0.7, "edge", 180.0, gesture="go", from_s=40.5),
+                Actor(WORKER, 0.0, 0.5, "lane", 180.0, gesture="stop", moves=(Move(40.0, is_gone=True),)),
+                Actor(WORKER, 0.0, 0.7, "edge", 180.0, gesture="go", from_s=40.5),
                 *(
-                    Thing(BARRIER, 4.0, right_m, "lane", 90.0, moves=(Move(40.0, is_gone=True),))
+                    Actor(BARRIER, 4.0, right_m, "lane", 90.0, moves=(Move(40.0, is_gone=True),))
                     for right_m in (-0.8, 0.8)
                 ),
             ),
@@ -221,9 +221,9 @@ register(
             "wait",
             60.0,
             (
-                Thing(BUS, lamps=("Special1",), moves=(Move(32.0, 7.0, lamps=()),)),
+                Actor(BUS, lamps=("Special1",), moves=(Move(32.0, 7.0, lamps=()),)),
                 *(
-                    Thing(CHILD, 7.0 + k, 0.8, "edge", LEFT, moves=(Move(12.0 + 2.0 * k, 1.0, 9.0, LEFT),))
+                    Actor(CHILD, 7.0 + k, 0.8, "edge", LEFT, moves=(Move(12.0 + 2.0 * k, 1.0, 9.0, LEFT),))
                     for k in range(2)
                 ),
             ),

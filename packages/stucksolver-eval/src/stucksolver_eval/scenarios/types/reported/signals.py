@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from stucksolver_eval.scenarios.families.reported import register
-from stucksolver_eval.scenarios.families.situation_rows import Move, Situation, Thing
+from stucksolver_eval.scenarios.families.situation_rows import Actor, Move, Situation
 
 OFFICER, CONE, BARRIER = "walker.flagger.0001", "static.prop.trafficcone02", "static.prop.streetbarrier"
 FALSE_STOPS = "Common report: California DMV disengagement reports 2023, false stops at lights and lines"
@@ -18,7 +18,7 @@ register(
             FALSE_STOPS,
             "ask",
             60.0,
-            place="lights",
+            site="lights",
             traffic="behind",
             lights=((0.0, "green"),),
             perceived=((0.0, "red"),),
@@ -30,7 +30,7 @@ register(
             "Control of FalseRedLight",
             "wait",
             30.0,
-            place="lights",
+            site="lights",
             traffic="behind",
             free_s=50.0,
             lights=((0.0, "red"), (50.0, "green")),
@@ -43,7 +43,7 @@ register(
             "Apollo pull request 14862 (2023-03-30), an undetected signal stops the vehicle forever",
             "ask",
             60.0,
-            place="lights",
+            site="lights",
             lights=((0.0, "green"),),
             perceived=((0.0, "unknown"),),
         ),
@@ -73,8 +73,8 @@ register(
             "wait",
             90.0,
             (
-                *(Thing(CONE, 4.0 + k, 1.2 - 0.8 * k) for k in range(3)),
-                *(Thing(BARRIER, 7.0 + 1.5 * k) for k in range(3)),
+                *(Actor(CONE, 4.0 + k, 1.2 - 0.8 * k) for k in range(3)),
+                *(Actor(BARRIER, 7.0 + 1.5 * k) for k in range(3)),
             ),
             free_s=40.0,
             past_m=25.0,
@@ -87,7 +87,7 @@ register(
             "FOX 26 Houston, 2023-09-25, robotaxis wait at lights that stay red",
             "ask",
             90.0,
-            place="lights",
+            site="lights",
             lights=((0.0, "red"),),
         ),
         Situation(
@@ -97,7 +97,7 @@ register(
             BLACKOUT,
             "recover",
             45.0,
-            place="lights",
+            site="lights",
             past_m=30.0,
             lights=((0.0, "off"),),
         ),
@@ -109,10 +109,10 @@ register(
             "wait",
             45.0,
             (
-                Thing(OFFICER, 3.0, -0.6, "lane", 180.0, gesture="stop", moves=(Move(30.0, is_gone=True),)),
-                Thing(OFFICER, 3.0, 1.0, "edge", 180.0, gesture="go", from_s=30.5),
+                Actor(OFFICER, 3.0, -0.6, "lane", 180.0, gesture="stop", moves=(Move(30.0, is_gone=True),)),
+                Actor(OFFICER, 3.0, 1.0, "edge", 180.0, gesture="go", from_s=30.5),
             ),
-            place="lights",
+            site="lights",
             free_s=31.0,
             past_m=30.0,
             lights=((0.0, "off"),),
@@ -124,8 +124,8 @@ register(
             "Common report: officers who direct robotaxis, San Francisco police and fire departments 2023",
             "ask",
             60.0,
-            (Thing(OFFICER, 2.0, 1.0, "edge", 180.0, gesture="go"),),
-            place="lights",
+            (Actor(OFFICER, 2.0, 1.0, "edge", 180.0, gesture="go"),),
+            site="lights",
             lights=((0.0, "red"),),
         ),
     )

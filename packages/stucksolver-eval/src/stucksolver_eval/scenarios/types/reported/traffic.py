@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from stucksolver_eval.actors.actor_pool import HAZARD_LAMPS
 from stucksolver_eval.scenarios.families.reported import register
-from stucksolver_eval.scenarios.families.situation_rows import Move, Put, Situation, Thing
+from stucksolver_eval.scenarios.families.situation_rows import Actor, HeroPose, Move, Situation
 
 CAR, VAN, LORRY = "vehicle.lincoln.mkz_2020", "vehicle.mercedes.sprinter", "vehicle.carlamotors.carlacola"
 BUS, POLICE = "vehicle.mitsubishi.fusorosa", "vehicle.dodge.charger_police_2020"
@@ -22,7 +22,7 @@ register(
             "wait",
             60.0,
             (
-                Thing(
+                Actor(
                     BUS, 0.0, 0.9, "edge", lamps=("LeftBlinker",), moves=(Move(12.0, 6.0),), merge_m=15.0, yields=False
                 ),
             ),
@@ -36,7 +36,7 @@ register(
             MUNI,
             "recover",
             60.0,
-            (Thing(CAR, 0.0, -0.2, "edge"),),
+            (Actor(CAR, 0.0, -0.2, "edge"),),
             traffic="behind",
         ),
         Situation(
@@ -47,8 +47,8 @@ register(
             "wait",
             60.0,
             (
-                *(Thing(BARRIER, 1.5 * k, 0.0, "lane", 90.0) for k in range(6)),
-                *(Thing(CAR, 45.0 + 12.0 * k, 0.0, "left", 180.0, moves=(Move(0.0, 5.0),)) for k in range(3)),
+                *(Actor(BARRIER, 1.5 * k, 0.0, "lane", 90.0) for k in range(6)),
+                *(Actor(CAR, 45.0 + 12.0 * k, 0.0, "left", 180.0, moves=(Move(0.0, 5.0),)) for k in range(3)),
             ),
             free_s=16.0,
             past_m=22.0,
@@ -60,7 +60,7 @@ register(
             "The Verge, 2024-07-06, robotaxi in the oncoming lane in Phoenix",
             "recover",
             90.0,
-            (Thing(CAR, 30.0, 0.0, "lane", 180.0, moves=(Move(0.0, 3.0),)),),
+            (Actor(CAR, 30.0, 0.0, "lane", 180.0, moves=(Move(0.0, 3.0),)),),
         ),
         Situation(
             5540,
@@ -70,9 +70,9 @@ register(
             "recover",
             90.0,
             (
-                Thing(VAN, lamps=HAZARD_LAMPS),
-                Thing(VAN, 17.0, 0.0, "left", 180.0, lamps=HAZARD_LAMPS),
-                Thing(CAR, 26.0, 0.0, "left", 180.0),
+                Actor(VAN, lamps=HAZARD_LAMPS),
+                Actor(VAN, 17.0, 0.0, "left", 180.0, lamps=HAZARD_LAMPS),
+                Actor(CAR, 26.0, 0.0, "left", 180.0),
             ),
             past_m=40.0,
         ),
@@ -83,7 +83,7 @@ register(
             "NTSB, accident of 2017-11 in Las Vegas, a truck backs against an autonomous shuttle",
             "wait",
             45.0,
-            (Thing(LORRY, 0.0, -1.0, "lane", 90.0, lamps=HAZARD_LAMPS, moves=(Move(40.0, is_gone=True),)),),
+            (Actor(LORRY, 0.0, -1.0, "lane", 90.0, lamps=HAZARD_LAMPS, moves=(Move(40.0, is_gone=True),)),),
             free_s=40.0,
         ),
         Situation(
@@ -94,8 +94,8 @@ register(
             "wait",
             60.0,
             (
-                Thing(POLICE, lamps=BLUE_LAMPS, moves=(Move(40.0, 8.0, lamps=()),)),
-                *(Thing(CAR, 40.0 + 14.0 * k, 0.0, "left", 180.0, moves=(Move(2.0, 7.0),)) for k in range(4)),
+                Actor(POLICE, lamps=BLUE_LAMPS, moves=(Move(40.0, 8.0, lamps=()),)),
+                *(Actor(CAR, 40.0 + 14.0 * k, 0.0, "left", 180.0, moves=(Move(2.0, 7.0),)) for k in range(4)),
             ),
             free_s=42.0,
         ),
@@ -106,7 +106,7 @@ register(
             "Common report: processions, guidance of several states for automated vehicles",
             "wait",
             90.0,
-            tuple(Thing(CAR, 8.0 * k, lamps=HAZARD_LAMPS, moves=(Move(40.0, 6.0),)) for k in range(4)),
+            tuple(Actor(CAR, 8.0 * k, lamps=HAZARD_LAMPS, moves=(Move(40.0, 6.0),)) for k in range(4)),
             free_s=40.0,
             past_m=45.0,
         ),
@@ -117,7 +117,7 @@ register(
             "San Francisco Standard, 2024-05-14, robotaxis get stuck at driveways on Telegraph Hill",
             "recover",
             60.0,
-            (Thing(VAN, 0.0, 0.6, "edge", 90.0),),
+            (Actor(VAN, 0.0, 0.6, "edge", 90.0),),
         ),
         Situation(
             5590,
@@ -126,10 +126,10 @@ register(
             "Apollo issue 14362 (2022-03-20), an interrupted lane change ends on the line",
             "recover",
             45.0,
-            (Thing(CAR, 1.0, 0.0, "left", lamps=HAZARD_LAMPS),),
-            place="two lanes",
+            (Actor(CAR, 1.0, 0.0, "left", lamps=HAZARD_LAMPS),),
+            site="two lanes",
             near_m=16.0,
-            put=Put(-8.5, -1.75, -9.0),
+            hero_pose=HeroPose(-8.5, -1.75, -9.0),
         ),
         Situation(
             5600,
@@ -139,7 +139,7 @@ register(
             "recover",
             45.0,
             near_m=6.0,
-            put=Put(0.0, -1.2, -45.0),
+            hero_pose=HeroPose(0.0, -1.2, -45.0),
         ),
     )
 )
