@@ -116,7 +116,7 @@ class ReportedScenario(JunctionScenario):
             return self.s_at(self.distance_m)
         route = self.setting.route
         lines = [line.transform.location for light in self.own_lights for line in light.get_stop_waypoints()]
-        found = [(route.project(at), at) for at in lines]
+        found = [(route.project(at, self.junction.first), at) for at in lines]
         if not found:
             return self.entry_s
         index, _ = min(found, key=lambda item: route.waypoints[item[0]].transform.location.distance(item[1]))
