@@ -54,9 +54,10 @@ class TypeRow:
     @property
     def text(self) -> str:
         """The row as a line."""
-        told = f"passenger told after {_seconds(self.told_s)} s, operator called after {_seconds(self.called_s)} s"
+        told = "passenger not told" if self.told_s is None else f"passenger told after {self.told_s:.0f} s"
+        called = "operator not called" if self.called_s is None else f"operator called after {self.called_s:.0f} s"
         faults = "".join(f"; {fault}" for fault in self.faults)
-        return f"{self.right}/{self.drives} {self.scenario} ({self.reaction}): {told}{faults}"
+        return f"{self.right}/{self.drives} {self.scenario} ({self.reaction}): {told}, {called}{faults}"
 
 
 def fault_of(o: RouteOutcome) -> str:

@@ -40,15 +40,15 @@ class Move:
 
 @dataclass(frozen=True)
 class Actor:
-    """One actor. `kind` is a blueprint; vehicles stay in place until their first move."""
+    """An actor of a situation. Vehicles stay in place until their first move."""
 
     blueprint: str
     ahead_m: float = 0.0
     right_m: float = 0.0
-    """Distance to the right of `side` (m). For the side `road`: the share of the road's width from its left edge."""
+    """Distance to the right of `origin` (m). For `road`: the share of the road's width from its left edge."""
     origin: LateralOrigin = "lane"
-    """`lane` and `left`: centers of the hero's lane and of the next one to the left. `edge`, `curb` and `far`: the
-    right edges of the hero's lane and of the road, and the left edge of the lane to the left."""
+    """Lateral origin. `lane` and `left`: centers of the hero's lane and of the next one to the left. `edge` and `curb`:
+    right edges of the hero's lane and of the road. `far`: left edge of the lane to the left."""
     turn_deg: float = 0.0
     lift_m: float = 0.0
     lamps: tuple[str, ...] = ()
@@ -119,6 +119,6 @@ def state_at(schedule: Schedule, now_s: float) -> str:
     return [state for at_s, state in schedule if at_s <= now_s or at_s == schedule[0][0]][-1]
 
 
-def actors_across(kind: str, shares: Sequence[float], ahead_m: float = 0.0, **options: Any) -> tuple[Actor, ...]:
+def actors_across(blueprint: str, shares: Sequence[float], ahead_m: float = 0.0, **options: Any) -> tuple[Actor, ...]:
     """Return equal actors beside each other, at shares of the road's width from its left edge."""
-    return tuple(Actor(kind, ahead_m, share, "road", **options) for share in shares)
+    return tuple(Actor(blueprint, ahead_m, share, "road", **options) for share in shares)
