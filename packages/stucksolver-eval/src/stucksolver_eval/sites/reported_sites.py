@@ -38,3 +38,5 @@ AT_JUNCTION: frozenset[SiteKind] = frozenset({"lights", "junction"})
 """Sites whose position is the entry of the route's next junction."""
 ON_LANE: frozenset[SiteKind] = frozenset({"street", "two lanes"})
 """Sites whose position is drawn along a lane."""
+ONLY_IN: Mapping[SiteKind, str] = {"closed street": "grid_town"}
+"""The only map with such sites: the others have no way around a closed street."""

@@ -32,7 +32,7 @@ from stucksolver_eval.scenarios.families.stuck import FAR_M, PASSABLE_M, QUEUE_M
 from stucksolver_eval.scenarios.parameters import NumberParameter
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.sites.parameter_draws import Draw, IntegerDraw
-from stucksolver_eval.sites.reported_sites import AT_JUNCTION, FINDERS, ON_LANE
+from stucksolver_eval.sites.reported_sites import AT_JUNCTION, FINDERS, ON_LANE, ONLY_IN
 from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 ROUTE_M, END_M, SETTLE_S = 120.0, 10.0, 0.2
@@ -153,7 +153,7 @@ class ReportedScenario(JunctionScenario):
         if kind != "busy":
             traffic.change_opposite_behavior(active=False)
             traffic.clear_opposite()
-        if kind == "empty":
+        if kind in ("empty", "busy"):
             traffic.switch_route_sources(False)
             traffic.remove_behind()
         return oncoming_flow(self, self.distance_m, PASSABLE_M, least_reach_m=FAR_M) if kind == "oncoming" else None
@@ -307,7 +307,7 @@ def register(rows: Sequence[Situation]) -> None:
             "__doc__": row.about,
             "situation": row,
             "type": row.name,
-            "placed": SuitePlacement("reported", row.id, FINDERS[row.site], values),
+            "placed": SuitePlacement("reported", row.id, FINDERS[row.site], values, ONLY_IN.get(row.site, "")),
             "expected": row.expected,
             "within_s": row.within_s,
             "suspends": frozenset(suspends),

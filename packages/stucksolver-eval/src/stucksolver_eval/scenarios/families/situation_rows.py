@@ -99,6 +99,7 @@ class Situation:
     free_s: float | None = None
     """Earliest time at which going is right where waiting is right before (s)."""
     traffic: Traffic = "empty"
+    """`behind`: cars behind the hero. `oncoming`: those, and cars in the oncoming lane. `busy`: cars that cross."""
     near_m: float = 25.0
     """Distance at which the hero has arrived (m)."""
     past_m: float = 15.0
