@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from stucksolver.scene.base_model import FrozenModel
-from stucksolver_eval.metrics.recovery import AFTER_S, NOT_HARM, PROGRESS_M, WITHIN_S
+from stucksolver_eval.metrics.recovery import AFTER_S, PROGRESS_M, WITHIN_S
+from stucksolver_eval.metrics.right_reaction import NOT_HARM
 from stucksolver_eval.metrics.smoothness import CORRECTED, smoothness
 from stucksolver_eval.results.checkpoint import TICK_S, RouteRecord
 from stucksolver_eval.results.metric_info import Array

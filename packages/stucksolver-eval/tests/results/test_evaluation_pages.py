@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 
 import pytest
-from stores import CRASH, ROUTES, begun, keep, record
+from stores import CRASH, ROUTES, begun, keep, outcome, record
 
 from stucksolver.record import RecordError
 from stucksolver.record.hash_chain import ChainWriter
@@ -17,6 +17,7 @@ from stucksolver_eval.report.comparison import column_names, write_comparison
 from stucksolver_eval.report.decisions import moments_of
 from stucksolver_eval.report.evaluation import evaluation_page, write_evaluation
 from stucksolver_eval.report.metric_tables import RECOVERY_MEANINGS
+from stucksolver_eval.report.tables import reaction_text, summary_data
 
 DECISION = {
     "version": 1,
@@ -102,3 +103,17 @@ def test_a_record_that_was_changed_is_told(tmp_path: Path) -> None:
     path.write_text(path.read_text(encoding="utf-8").replace("van", "bus"), encoding="utf-8")
     with pytest.raises(RecordError, match="line 2"):
         list(moments_of(tmp_path))
+
+
+def test_reactions_are_listed_where_they_have_a_time_limit(tmp_path: Path) -> None:
+    """The terminal, the page and summary.json show each situation with right or wrong; other suites have no list."""
+    store = begun(tmp_path)
+    keep(store, ROUTES[0], 1, record(ROUTES[0]))
+    assert reaction_text(summarize(store)) == ""
+    asked = outcome(ROUTES[0], expected="ask", within_s=30.0, marks={"met": 10.0}, asked_s=60.0)
+    store.write_outcome(ROUTES[0], asked)
+    summary = summarize(store)
+    assert "0 of 1 reactions right; operator called after 50 s" in reaction_text(summary)
+    assert "0/1 Accident (ask within 30 s)" in " ".join(reaction_text(summary).split())
+    assert summary_data(summary)["reactions"][0]["faults"] == ("called an operator after 50 s",)
+    assert "Right reactions" in evaluation_page(summary, {})

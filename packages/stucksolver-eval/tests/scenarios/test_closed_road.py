@@ -9,7 +9,7 @@ import pytest
 carla = pytest.importorskip("carla")
 
 from stucksolver_eval.routes.route_line import RouteLine  # noqa: E402
-from stucksolver_eval.scenarios.types.stuck.closed_road import BARRIER_M, FOR_VEHICLES, row_across  # noqa: E402
+from stucksolver_eval.scenarios.families.lane_places import FOR_VEHICLES, SPACING_M, row_across  # noqa: E402
 from stucksolver_eval.suites import build, suite  # noqa: E402
 
 ROUTES = [route for route in suite("immobilized").routes if route.scenarios[0].type == "ClosedRoad"]
@@ -38,13 +38,13 @@ def test_closed_road_barriers_span_street_at_its_mouth(town, route):
     places = [item.location for item in row]
     assert here.is_junction and any(place.distance(here.transform.location) < 0.1 for place in places)
     steps = [a.distance(b) for a, b in itertools.pairwise(places)]
-    assert steps == pytest.approx([BARRIER_M] * len(steps), abs=0.01)
+    assert steps == pytest.approx([SPACING_M] * len(steps), abs=0.01)
     for edge, inner in ((places[0], places[1]), (places[-1], places[-2])):
         beyond = carla.Location(2 * edge.x - inner.x, 2 * edge.y - inner.y, edge.z)
         assert town.get_waypoint(beyond, False, FOR_VEHICLES) is None
     street = next(item for item in after if not item.is_junction)
     widths = {item.lane_id: item.lane_width for item, _ in town.get_topology() if item.road_id == street.road_id}
-    assert len(widths) >= 2 and len(row) * BARRIER_M > sum(widths.values())
+    assert len(widths) >= 2 and len(row) * SPACING_M > sum(widths.values())
 
 
 @pytest.mark.parametrize("route", ROUTES, ids=lambda item: item.id)

@@ -258,15 +258,20 @@ def test_suite_immobilized_has_five_routes_per_situation():
 def test_a_closed_road_can_be_driven_round():
     """Without the street that is closed, the destination is still within 1200 m by road."""
     for route in of_type("ClosedRoad"):
-        line = RouteLine.trace(towns()[route.town].map, route.waypoints)
-        roads = [waypoint.road_id for waypoint in line.waypoints if not waypoint.is_junction]
-        before, closed, after = dict.fromkeys(roads)
-        graph = nx.DiGraph()
-        for start, end in towns()[route.town].map.get_topology():
-            length_m = start.transform.location.distance(end.transform.location)
-            graph.add_edge(start.road_id, end.road_id, length_m=length_m)
-        graph.remove_node(closed)
-        assert nx.shortest_path_length(graph, before, after, "length_m") < 1200
+        check_detour(route)
+
+
+def check_detour(route):
+    """The destination can be reached within 1200 m without the second road of the route."""
+    line = RouteLine.trace(towns()[route.town].map, route.waypoints)
+    roads = [waypoint.road_id for waypoint in line.waypoints if not waypoint.is_junction]
+    before, closed, after = dict.fromkeys(roads)
+    graph = nx.DiGraph()
+    for start, end in towns()[route.town].map.get_topology():
+        length_m = start.transform.location.distance(end.transform.location)
+        graph.add_edge(start.road_id, end.road_id, length_m=length_m)
+    graph.remove_node(closed)
+    assert nx.shortest_path_length(graph, before, after, "length_m") < 1200
 
 
 @pytest.mark.integration
@@ -294,3 +299,12 @@ def test_suite_emergency_vehicles_start_where_they_cross_route():
             angle = math.remainder(headings[1] - headings[0], 360.0)
             turn = "straight" if abs(angle) < 35.0 else "right" if angle > 0 else "left"
             assert meets(turn, scenario.parameters["direction"]["value"]), route.id
+
+
+@pytest.mark.integration
+def test_a_closed_street_of_a_report_can_be_driven_round():
+    """Without the street that is closed, the destination is still within 1200 m by road."""
+    closed = [route for route in suite("reported").routes if SCENARIOS[route.scenarios[0].type].expected == "reroute"]
+    assert len(closed) == 6
+    for route in closed:
+        check_detour(route)

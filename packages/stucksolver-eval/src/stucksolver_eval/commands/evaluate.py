@@ -23,7 +23,8 @@ INTERRUPTED = "interrupted; finished routes are stored: run the same command wit
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
-    parser.add_argument("--suite", required=True, help="bench220, dev, immobilized, or a leaderboard route file")
+    suites = "bench220, dev, immobilized, reported, or a leaderboard route file"
+    parser.add_argument("--suite", required=True, help=suites)
     parser.add_argument("--routes", default="", metavar="ID,ID", help="only these routes of the suite")
     parser.add_argument(
         "--driver",

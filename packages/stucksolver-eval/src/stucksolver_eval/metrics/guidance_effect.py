@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from stucksolver_eval.metrics.paired_statistics import Difference, compare_pairs
-from stucksolver_eval.metrics.recovery import NOT_HARM
+from stucksolver_eval.metrics.right_reaction import NOT_HARM
 from stucksolver_eval.metrics.summary import RouteRow, Summary
 from stucksolver_eval.results.outcome import RouteOutcome
 

@@ -17,6 +17,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from stucksolver_eval.metrics.right_reaction import END_M, NOT_HARM, fault_of
 from stucksolver_eval.results.outcome import ImmobilizationEpisode, InterventionRecord, QueryOutcome, RouteOutcome
 
 MET_S = 10.0
@@ -29,15 +30,9 @@ SAME_PLACE_M = 10.0
 """Distance within which two positions on the route are the same (m). Ours."""
 PROGRESS_M = 15.0
 """New progress that counts as a recovery (m)."""
-END_M = 25.0
-"""Distance before the route's end at which the ego counts as arrived (m).
-
-A route is over 10 m before its end. Its track has one position per second, and at 50 km/h there are 14 m between them.
-"""
 PASSENGER = "passenger"
 WORDS_S = 30.0
 """Longest time from guidance to a plan that follows it (s). Ours."""
-NOT_HARM = frozenset({"min_speed_infractions", "vehicle_blocked", "route_timeout", "scenario_timeouts"})
 
 
 @dataclass
@@ -157,7 +152,7 @@ def _add_spell(f: RecoveryMetrics, spell: ImmobilizationEpisode, o: RouteOutcome
     if spell.recovered_after_s is not None:
         f.left += 1
         f.times_s.append(spell.recovered_after_s)
-    elif o.expected in (None, "recover", "reroute") and not any(i.moves for i in _during(spell, o)):
+    elif o.expected in (None, "recover", "reroute", "leave") and not any(i.moves for i in _during(spell, o)):
         f.missed += 1
 
 
@@ -197,7 +192,7 @@ def recovers(intervention: InterventionRecord, o: RouteOutcome) -> bool:
 def is_false(intervention: InterventionRecord, o: RouteOutcome, pair: RouteOutcome | None) -> bool:
     """True if waiting was right when this plan started."""
     if o.expected == "wait":
-        return True
+        return intervention.start_s < o.marks.get("free", float("inf"))
     if o.expected is not None or pair is None:
         return False
     for spell in pair.spells:
@@ -209,8 +204,11 @@ def is_false(intervention: InterventionRecord, o: RouteOutcome, pair: RouteOutco
 def responded_correctly(o: RouteOutcome) -> bool:
     """True if the vehicle took the stated action: to wait, no moving plan; to ask, a call for help; otherwise progress.
 
-    If asking is right because the vehicle has no path of its own, a plan that recovers it is right as well.
+    If asking is right because the vehicle has no path of its own, a plan that recovers it is right as well. With a time
+    limit, `right_reaction` judges.
     """
+    if o.within_s is not None:
+        return not fault_of(o)
     moved = any(i.moves for i in o.interventions)
     if o.expected == "wait":
         return not moved

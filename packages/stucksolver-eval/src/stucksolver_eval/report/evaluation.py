@@ -9,6 +9,7 @@ from stucksolver.atomic_files import write_text
 from stucksolver_eval.metrics.columns import run_name
 from stucksolver_eval.metrics.multi_ability import ABILITIES
 from stucksolver_eval.metrics.recovery import RecoveryMetrics
+from stucksolver_eval.metrics.right_reaction import HEAD as REACTION_HEAD
 from stucksolver_eval.metrics.run_result import immobilizations, run_result
 from stucksolver_eval.metrics.summary import RouteRow, Summary
 from stucksolver_eval.report import markup
@@ -20,6 +21,7 @@ from stucksolver_eval.report.tables import (
     guidance_text,
     infraction_text,
     per_scenario,
+    reactions,
     routes_csv,
     summary_json,
 )
@@ -61,7 +63,7 @@ def evaluation_page(summary: Summary, links: Links, decisions: Links | None = No
             markup.note(_alone(summary.recovery)),
             f"<p>Guidance: {markup.text(guidance)}.</p>",
         ),
-        markup.section("Scenarios", _scenarios(summary)),
+        markup.section("Scenarios", _scenarios(summary), _reactions(summary)),
         markup.section(
             "Routes",
             _routes(summary.rows, links, decisions or {}),
@@ -119,6 +121,11 @@ def _scenarios(summary: Summary) -> str:
         for name, item in per_scenario(summary).items()
     ]
     return markup.raw_table("Scenarios", ("Scenario", "Drives", "Driving score", "Success rate, %"), rows)
+
+
+def _reactions(summary: Summary) -> str:
+    rows = [row.cells for row in reactions(summary)]
+    return markup.table("Right reactions", REACTION_HEAD, rows) if rows else ""
 
 
 def _routes(rows: tuple[RouteRow, ...], links: Links, decisions: Links) -> str:

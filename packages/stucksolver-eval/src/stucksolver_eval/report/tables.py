@@ -6,6 +6,7 @@ import csv
 import dataclasses
 import io
 import json
+from statistics import median
 from typing import Any
 
 from stucksolver.commands.terminal_text import filled
@@ -20,6 +21,7 @@ from stucksolver_eval.metrics.columns import (
     recovery_row,
     run_name,
 )
+from stucksolver_eval.metrics.right_reaction import TypeRow, type_rows
 from stucksolver_eval.metrics.summary import RouteRow, Summary
 from stucksolver_eval.results.checkpoint import status_text
 from stucksolver_eval.terminal_table import table
@@ -63,11 +65,27 @@ def summary_text(summaries: list[Summary]) -> str:
         filled(MEANING),
         table(ABILITY_HEAD, [ability_row(s) for s in summaries]),
         table(RECOVERY_HEAD, [recovery_row(s) for s in summaries]),
+        *(reaction_text(s) for s in summaries),
         "\n".join(filled(f"{run_name(s)}: {_statuses(s)}") for s in summaries),
     ]
     warned = [banner for s in summaries for banner in banners(s)]
     words = [f"guidance to {run_name(s)}: {guidance_text(s)}" for s in summaries if s.recovery.said]
     return "\n\n".join(part for part in (*parts, *map(filled, words), *map(filled, warned)) if part)
+
+
+def reaction_text(summary: Summary) -> str:
+    """Return a line for each situation whose reaction has a time limit: right or wrong, and why. Empty without any."""
+    rows = reactions(summary)
+    right, drives = sum(row.right for row in rows), sum(row.drives for row in rows)
+    times_s = [row.called_s for row in rows if row.called_s is not None]
+    called = f"; operator called after {median(times_s):.0f} s, median of {len(times_s)} situations" if times_s else ""
+    total = f"{run_name(summary)}: {right} of {drives} reactions right{called}"
+    return "\n".join(map(filled, (total, *(row.text for row in rows)))) if rows else ""
+
+
+def reactions(summary: Summary) -> list[TypeRow]:
+    """Return the judgments of the situations whose reaction has a time limit."""
+    return type_rows(row.outcome for row in summary.rows if row.outcome is not None)
 
 
 def banners(summary: Summary) -> list[str]:
@@ -113,6 +131,7 @@ def summary_data(summary: Summary) -> dict[str, Any]:
         "recovery": recovery,
         "statuses": dict(summary.statuses.most_common()),
         "per_scenario": per_scenario(summary),
+        "reactions": [dataclasses.asdict(row) for row in reactions(summary)],
     }
 
 

@@ -20,7 +20,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from stucksolver_eval.metrics.recovery import AFTER_S, NOT_HARM
+from stucksolver_eval.metrics.recovery import AFTER_S
+from stucksolver_eval.metrics.right_reaction import NOT_HARM
 from stucksolver_eval.result_pages import RESULTS
 
 WALL = ("wall_s",)

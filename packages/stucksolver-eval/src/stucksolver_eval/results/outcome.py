@@ -13,7 +13,7 @@ from pydantic import Field
 from stucksolver.guard import Verdict
 from stucksolver.scene.base_model import FrozenModel
 
-Expected = Literal["recover", "wait", "ask", "reroute"]
+Expected = Literal["recover", "wait", "ask", "reroute", "leave"]
 State = Literal["driven", "unsupported", "invalid", "crashed"]
 
 
@@ -117,6 +117,11 @@ class RouteOutcome(FrozenModel):
     """Reason why it was not driven."""
     expected: Expected | None = None
     """The right action in the scenario, if it is stated."""
+    within_s: float | None = None
+    """Time for the right action (s), if it is limited."""
+    marks: dict[str, float] = Field(default={})
+    """Times of the scenario's marks: the ego has `met` the situation, going became right (`free`), the ego has `passed`
+    it, or `left` the place where it may not stop."""
     asked_s: float | None = None
     """Time of the call for help, or None."""
     ticks: int = 0

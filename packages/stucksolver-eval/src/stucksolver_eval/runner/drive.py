@@ -118,11 +118,10 @@ class _Drive:
         route = self._line.points + _beyond(self._line)
         knows.tick()
         # Driver and solver may use the ego's sensors. The criteria use the ground truth.
-        driver = make_driver(job.arm.driver, setting.client, self._hero, setting.map, route, options, knows.vehicle)
+        ego = play.perceived(knows.vehicle)
+        driver = make_driver(job.arm.driver, setting.client, self._hero, setting.map, route, options, ego)
         self._driver, self._driven_route = driver, driver.route
-        self._arm: SystemUnderTest = make_arm(
-            job.arm, knows.vehicle, driver, setting.map, self._line, job.seed, job.records
-        )
+        self._arm: SystemUnderTest = make_arm(job.arm, ego, driver, setting.map, self._line, job.seed, job.records)
         self._jury = CriteriaMonitor(self._world, setting.map, self._hero, self._line, play)
         self._speaker = ScriptPlayer(job.lines, Random(f"{job.seed}:{job.route.id}:guidance"))
         self._weather = Weather(self._world, job.route.weathers)
@@ -261,6 +260,8 @@ class _Drive:
             seed=job.seed,
             arm=job.arm.name,
             expected=self._play.expected,
+            within_s=self._play.within_s,
+            marks={mark: round(time_s, 2) for mark, time_s in self._play.marks.items()},
             asked_s=log.asked_s,
             ticks=self._ticks,
             wall_s=round(wall_s, 3),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from stucksolver_eval.background_traffic import Background
 from stucksolver_eval.routes.route import ScenarioSpec
@@ -25,8 +25,8 @@ OFF_ROUTE_M = 10.0
 class PlayEvent:
     """An event for the criteria and the log, at a time since the start (s).
 
-    Kinds are `started`, `ended`, `scenario_timeout` and `yield_emergency_vehicle`, whose value is 1 if the ego yielded,
-    else 0.
+    Kinds are `started`, `ended`, `mark`, `scenario_timeout` and `yield_emergency_vehicle`, whose value is 1 if the ego
+    yielded, else 0.
     """
 
     time_s: float
@@ -81,6 +81,22 @@ class ScenarioPlayer:
     def expected(self) -> Expected | None:
         """The right reaction of the first scenario with one, or None."""
         return next((p.scenario.expected for p in self._parts if p.scenario.expected is not None), None)
+
+    @property
+    def within_s(self) -> float | None:
+        """Time for the right reaction (s), or None."""
+        return next((p.scenario.within_s for p in self._parts if p.scenario.within_s is not None), None)
+
+    @property
+    def marks(self) -> dict[str, float]:
+        """First times of the scenarios' marks since the start (s)."""
+        return {event.text: event.time_s for event in reversed(self.events) if event.kind == "mark"}
+
+    def perceived(self, vehicle: Any) -> Any:
+        """Return the vehicle as driver and solver perceive it."""
+        for part in self._parts:
+            vehicle = part.scenario.perceived(vehicle)
+        return vehicle
 
     @property
     def suspended(self) -> frozenset[str]:

@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from functools import cached_property
 from random import Random
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 import carla
 
@@ -16,7 +16,7 @@ from stucksolver_eval.routes.route import ScenarioSpec
 from stucksolver_eval.scenario_context import ScenarioContext
 from stucksolver_eval.sites.suite_placement import SuitePlacement
 
-Expected = Literal["recover", "wait", "ask", "reroute"]
+Expected = Literal["recover", "wait", "ask", "reroute", "leave"]
 LONG_S = 240.0
 """The time limit of most types (s). As in scenario_runner."""
 
@@ -52,6 +52,8 @@ class Scenario(ABC):
     """Required blueprints."""
     expected: ClassVar[Expected | None] = None
     """The right reaction, if the scenario has one."""
+    within_s: ClassVar[float | None] = None
+    """Time for the right reaction (s), if it is limited. `metrics/right_reaction.py` says from when it counts."""
     suspends: ClassVar[frozenset[str]] = frozenset()
     """Criteria that are suspended while it runs."""
     extra_criteria: ClassVar[frozenset[str]] = frozenset()
@@ -87,6 +89,10 @@ class Scenario(ABC):
     def disturb(self, control: carla.VehicleControl) -> carla.VehicleControl:
         """Return the control for the vehicle in place of the hero's, while the script runs."""
         return control
+
+    def perceived(self, vehicle: Any) -> Any:
+        """Return the vehicle as driver and solver perceive it. A scenario about perception's errors replaces it."""
+        return vehicle
 
     # ---- helpers for scripts
 

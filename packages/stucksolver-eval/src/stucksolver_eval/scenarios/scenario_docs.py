@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from stucksolver_eval.scenarios.families.reported import ReportedScenario
 from stucksolver_eval.scenarios.parameters import Parameter, parameters_of
 from stucksolver_eval.scenarios.registry import SCENARIOS, load_all
 from stucksolver_eval.scenarios.scenario import Scenario
@@ -61,7 +62,7 @@ of a junction, cars spawn 40 m before it) with these differences:
 def page() -> str:
     """Return the page."""
     load_all()
-    return _INTRODUCTION + "\n".join((*_rows(), *_ours(), *_shown())) + "\n"
+    return _INTRODUCTION + "\n".join((*_rows(), *_ours(), *_reported(), *_shown())) + "\n"
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -88,12 +89,43 @@ def _ours() -> Iterator[str]:
     yield "|---|---|---|---|---|---|---|---|"
     for name in sorted(SCENARIOS):
         cls = SCENARIOS[name]
-        if cls.expected is not None:
+        if cls.expected is not None and not issubclass(cls, ReportedScenario):
             needs = ", ".join(part for part in (cls.needs_map, _blueprints(cls)) if part) or "–"
             off = ", ".join(f"`{suspend}`" for suspend in sorted(cls.suspends)) or "–"
             driver_alone = cls.driver_alone or "–"
             cells = (f"`{name}`", _text(cls), cls.expected, cls.starts, needs, off, cls.simplified or "–", driver_alone)
             yield "| " + " | ".join(" ".join(cell.split()) for cell in cells) + " |"
+
+
+def _reported() -> Iterator[str]:
+    yield ""
+    yield "## Situations from public reports"
+    yield ""
+    yield _REPORTED
+    yield ""
+    yield "| route | type | situation | right | site | source |"
+    yield "|---|---|---|---|---|---|"
+    rows = [cls.situation for cls in SCENARIOS.values() if issubclass(cls, ReportedScenario)]
+    for row in sorted(rows, key=lambda row: row.id):
+        until = f" after {row.free_s:.0f} s" if row.free_s is not None else ""
+        right = f"{row.expected} (within {row.within_s:.0f} s{until})"
+        yield f"| {row.id} | `{row.name}` | {row.about} | {right} | {row.site} | {row.source} |"
+
+
+_REPORTED = """The suite `reported`: each type is a row of a table in `scenarios/types/reported`.
+
+The staging is ours: one class, three sites for each type, in different towns where these have suitable places. Times
+count from the moment at which the ego has arrived: within 25 m of the place, or as the row says.
+
+* `recover`: the ego passes in time. `leave`: no part of it is left in the place where it may not stop.
+* `ask`: the ego calls an operator in time and does not pass. `reroute`: it reaches its destination another way in time.
+* `wait`: until going becomes right, after the second time in the table, the ego neither passes nor moves by a plan;
+  then it passes in time.
+
+An infraction after the arrival is always wrong. "Common report" names a family of reports where no single one is meant.
+A row whose source is "Control of" another looks like it, and going is wrong in it. In rows about perception, driver and
+solver get a light that differs from the real one, or that does not exist; criteria and other traffic use the real
+world."""
 
 
 def _shown() -> Iterator[str]:

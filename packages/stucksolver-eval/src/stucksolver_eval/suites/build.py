@@ -6,7 +6,8 @@ python -m stucksolver_eval.suites.build --check   # fails if a committed file di
 ```
 
 `bench220`: five routes of each of the 44 public scenario types. `dev`: one route of every second type, with the same
-ids. `immobilized`: five routes of each additional immobilizing situation and control. Each type declares its suite
+ids. `immobilized`: five routes of each additional immobilizing situation and control. `reported`: three routes of each
+situation from public reports, in different towns where these have suitable places. Each type declares its suite
 (`placed`). The same maps give the same files.
 """
 
@@ -34,8 +35,12 @@ from stucksolver_eval.suites.weather_presets import weather
 
 TOWNS = ("grid_town", "interurban", "motorway")
 MAPS = DEMO_TOWN.parent
+_OTHER_TOWNS = {"reported": ("grid_town", "interurban", "demo_town")}
+"""Towns of a suite, where they differ from `TOWNS`."""
 ROUTES_EACH = 5
-_FIRST_ID = {"bench220": 1000, "immobilized": 3000}
+_OTHER_COUNT = {"reported": 3}
+"""Number of routes of each type, where it differs from `ROUTES_EACH`."""
+_FIRST_ID = {"bench220": 1000, "immobilized": 3000, "reported": 5000}
 """First route id of each suite."""
 _IDS_EACH = 10
 """Distance between the first ids of two types."""
@@ -56,7 +61,8 @@ def main(arguments: list[str] | None = None) -> int:
         for name, placed in suites.items():
             if placed:
                 write_routes(folder / f"{name}.xml", placed)
-        differing = [path.name for path in folder.glob("*.xml") if path.read_bytes() != _bytes(DATA / path.name)]
+        written = sorted(folder.glob("*.xml"))
+        differing = [path.name for path in written if path.read_bytes() != _bytes(DATA / path.name)]
     for name in differing:
         print(f"{name} differs. Run `python -m stucksolver_eval.suites.build`", file=sys.stderr)
     return 1 if differing else 0
@@ -64,7 +70,8 @@ def main(arguments: list[str] | None = None) -> int:
 
 def load_towns(folder: Path = MAPS) -> list[Town]:
     """Load the maps of the suites."""
-    return [Town(name, carla.Map(name, (folder / f"{name}.xodr").read_text("utf-8"))) for name in TOWNS]
+    names = (*TOWNS, DEMO_TOWN.stem)
+    return [Town(name, carla.Map(name, (folder / f"{name}.xodr").read_text("utf-8"))) for name in names]
 
 
 def placed_in(suite: str) -> dict[str, SuitePlacement]:
@@ -77,14 +84,15 @@ def placed_in(suite: str) -> dict[str, SuitePlacement]:
 
 
 def routes_of(suite: str, towns: Sequence[Town]) -> list[Route]:
-    """Return five routes of each type of a suite. Raises `ValueError` if the maps have too few places for one."""
+    """Return the routes of each type of a suite. Raises `ValueError` if the maps have too few places for one."""
+    towns = [town for town in towns if town.name in _OTHER_TOWNS.get(suite, TOWNS)]
     ways = {town.name: movements(town) for town in towns}
     routes = []
     for kind, placed in placed_in(suite).items():
         fitting = [town for town in towns if placed.only_in in ("", town.name)]
         sites = [site for town in fitting for site in placed.find(town, ways[town.name])]
         first = (placed.first_id - _FIRST_ID[suite]) // _IDS_EACH * ROUTES_EACH
-        for number, site in enumerate(_spread(kind, sites)):
+        for number, site in enumerate(_spread(kind, sites, _OTHER_COUNT.get(suite, ROUTES_EACH))):
             routes.append(_route(kind, placed, site, first + number, placed.first_id + number))
     return routes
 
@@ -95,14 +103,14 @@ def dev(routes: Sequence[Route]) -> list[Route]:
     return [routes[index * ROUTES_EACH + (index // 2) % ROUTES_EACH] for index in types]
 
 
-def _spread(kind: str, sites: list[Site]) -> list[Site]:
-    """Return five sites on as many different lanes, junctions and maps as possible."""
+def _spread(kind: str, sites: list[Site], count: int) -> list[Site]:
+    """Return `count` sites on as many different lanes, junctions and maps as possible."""
     chance = random.Random(kind)
     chance.shuffle(sites)
     chosen: list[Site] = []
-    while len(chosen) < ROUTES_EACH:
+    while len(chosen) < count:
         if not sites:
-            raise ValueError(f"{kind}: {len(chosen)} sites, {ROUTES_EACH} required. Add suitable roads to a map")
+            raise ValueError(f"{kind}: {len(chosen)} sites, {count} required. Add suitable roads to a map")
         chosen.append(min(sites, key=lambda site: _likeness(site, chosen)))
         sites = [site for site in sites if (site.town, site.place) != (chosen[-1].town, chosen[-1].place)]
     return chosen

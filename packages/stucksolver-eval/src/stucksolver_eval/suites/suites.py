@@ -36,7 +36,7 @@ def suite_names() -> tuple[str, ...]:
 
 
 def suite(name: str) -> Suite:
-    """Return a shipped suite (`bench220`, `dev`, `immobilized`), or a route file if the name ends in `.xml`.
+    """Return a shipped suite, such as `immobilized`, or a route file if the name ends in `.xml`.
 
     Raises `SuiteError` for an unknown name and `RouteFileError` for an invalid file.
     """

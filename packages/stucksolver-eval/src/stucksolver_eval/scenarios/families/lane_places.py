@@ -14,6 +14,11 @@ from stucksolver_bridge.traffic_side import drives_on_left, inner_lane, outer_la
 
 MOST_LANES = 8
 """Maximum number of lanes on one side. Ours."""
+SPACING_M = 1.2
+"""Distance between two objects of a row across a road (m). Ours."""
+MOST_EACH_SIDE = 20
+"""Maximum number of objects on each side of such a row. Ours."""
+FOR_VEHICLES = carla.LaneType.Driving | carla.LaneType.Parking | carla.LaneType.Biking | carla.LaneType.Stop
 
 
 def offset_pose(
@@ -115,3 +120,23 @@ def way_turn_deg(before: carla.Waypoint, first: carla.Waypoint) -> float:
 def turn_deg(before: carla.Waypoint, after: carla.Waypoint) -> float:
     """Return the change of heading in [-180, 180] degrees, clockwise."""
     return math.remainder(after.transform.rotation.yaw - before.transform.rotation.yaw, 360.0)
+
+
+def row_across(carla_map: carla.Map, here: carla.Waypoint) -> list[carla.Transform]:
+    """Return the poses of a row of objects across a road, over the width that vehicles can drive.
+
+    If the waypoint `here` is in a junction, the row is perpendicular to the road that its lane leads into.
+    """
+    # Positions are mirrored in left-hand traffic, so the turn is, too.
+    turn = -way_turn_deg(here, here) if drives_on_left(here) else way_turn_deg(here, here)
+    places = [_across(here, k * SPACING_M, turn) for k in range(-MOST_EACH_SIDE, MOST_EACH_SIDE + 1)]
+    on_road = [k for k, place in enumerate(places) if carla_map.get_waypoint(place.location, False, FOR_VEHICLES)]
+    # Lanes that diverge in a junction leave gaps between them, which are paved too.
+    return places[on_road[0] : on_road[-1] + 1]
+
+
+def _across(waypoint: carla.Waypoint, aside_m: float, turn_deg: float) -> carla.Transform:
+    """Return an object's pose `aside_m` to the right of a waypoint, on a road that turns by `turn_deg` clockwise."""
+    square = math.radians(turn_deg)
+    along_m, right_m = -aside_m * math.sin(square), aside_m * math.cos(square)
+    return offset_pose(waypoint, right_m, along_m, turn_deg=turn_deg + 90.0)

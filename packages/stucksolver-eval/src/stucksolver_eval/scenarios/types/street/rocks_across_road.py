@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from stucksolver_eval.scenarios.families.lane_places import row_across
 from stucksolver_eval.scenarios.registry import scenario
-from stucksolver_eval.scenarios.types.stuck.closed_road import ClosedRoad, row_across
+from stucksolver_eval.scenarios.types.stuck.closed_road import ClosedRoad
 
 ROCK = "static.prop.rock"
 
