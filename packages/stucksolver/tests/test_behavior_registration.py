@@ -59,6 +59,7 @@ PROPOSERS = {
     "solver/state_machine/execution.py",
     "solver/state_machine/execution_steps.py",
     "solver/state_machine/minimal_risk.py",
+    "solver/state_machine/path_points.py",
 }
 """Modules of the core that create concrete behaviors: each of them proposes what the vehicle does."""
 

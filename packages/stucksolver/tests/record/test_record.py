@@ -276,7 +276,7 @@ def test_replay_truncated_record_matches_to_last_line(one, share, tmp_path):
     (tmp_path / "broken.jsonl").write_bytes(content[: int(len(content) * share)])
     report = replay(tmp_path / "broken.jsonl")
     assert report.ended is None
-    assert report.matches and report.lines > 3
+    assert report.matches and report.lines >= 3
 
 
 @pytest.mark.integration

@@ -183,14 +183,20 @@ def image_of(data: dict[str, Any], folder: Path) -> dict[str, Any]:
     return {"width": data["width"], "height": data["height"], "jpeg": base64.b64encode(jpeg).decode()}
 
 
+LATER_NUMBERS = {"backing": {"far_m": 8.0}}
+"""Numbers of the policy that older records lack. Earlier versions backed up by 8 m at most."""
+
+
 def policy_of(data: dict[str, Any], path: Path) -> GuardPolicy:
     """Return the complete guard policy of a record.
 
-    A missing number gets no default: the record's plans would be checked with bounds that were never used.
+    A missing number gets no default: the record's plans would be checked with bounds that were never used. Exceptions
+    are numbers of `LATER_NUMBERS`, which concern only plans that earlier versions could not make.
 
     Raises:
         RecordError: A number is missing or unknown.
     """
+    data = {**data, **{k: {**later, **data[k]} for k, later in LATER_NUMBERS.items() if isinstance(data.get(k), dict)}}
     try:
         policy = GuardPolicy.model_validate(data)
     except ValidationError as error:

@@ -24,7 +24,7 @@ ON_M = (25.0, 15.0)
 """Distances to drive on (m): more than the progress of a recovery, and just that. Ours."""
 BEYOND_M = 3.0
 """Distance of the ego's rear beyond an object that it has passed (m). Ours."""
-WITHIN_M = 60.0
+WITHIN_M = 45.0
 """Objects further ahead are not passed by the first plan (m). Ours."""
 ASIDE_M = 2.0
 """Objects beside the route up to this lateral distance from the ego's path matter (m). Ours."""
@@ -123,8 +123,13 @@ def _numbers(name: str, schema: dict[str, Any], scene: Scene) -> tuple[float, ..
     if name == "offset_m":
         return OFFSETS_M
     if name == "distance_m":
-        return (*(past_m(scene, o) for o in own_path_ahead(scene)[:MOST_PASSED]), *ON_M)
+        return (*(past_m(scene, o) for o in _passable(scene)), *ON_M)
     return (float(schema["default"]),) if "default" in schema else ()
+
+
+def _passable(scene: Scene) -> tuple[SceneObject, ...]:
+    """Return the nearest objects in the ego's path that a distance may lead past."""
+    return tuple(o for o in own_path_ahead(scene) if (o.gap_m or 0.0) < WITHIN_M)[:MOST_PASSED]
 
 
 def _speeds_mps(scene: Scene) -> tuple[float, ...]:

@@ -8,7 +8,7 @@ from stucksolver.reasoners.rules.deadlocks import FIRST_TURN_S
 from stucksolver.reasoners.rules.no_blocker import LIGHT_AHEAD_M, across_stuck_light
 from stucksolver.reasoners.rules.observe import crosses, drives, goes_first
 from stucksolver.reasoners.rules.resume_driving import SCENES, STANDS_S, may_hold
-from stucksolver.reasoners.search.behavior_grid import own_path_ahead
+from stucksolver.reasoners.search.behavior_grid import IN_LANE_M, own_path_ahead
 from stucksolver.scene import VEHICLES, Claim, ObjectKind, Scene
 
 
@@ -40,11 +40,12 @@ def _duty_to_crossing(scene: Scene, moves: bool, who: str) -> tuple[WaitReason, 
 
 def _duty_on_free_road(scene: Scene) -> tuple[WaitReason | None, str] | None:
     """Return the duty of an ego that is stopped on a free road: the stack is given time to set off by itself."""
-    if goes_first(scene) is None and scene.guidance is None and scene.ego.stopped_for_s < STANDS_S:
-        return None, f"nothing is in the path, and the vehicle has been stopped for {scene.ego.stopped_for_s:.0f} s"
     light = red_light_within(scene, LIGHT_AHEAD_M)
     if light is not None:
         # After the limit of this wait, an operator may approve crossing the line.
         return None if across_stuck_light(scene) is not None else (WaitReason.LIGHT, light)
+    on_route = abs(scene.ego.lateral_offset_m) < IN_LANE_M
+    if on_route and goes_first(scene) is None and scene.guidance is None and scene.ego.stopped_for_s < STANDS_S:
+        return None, f"nothing is in the path, and the vehicle has been stopped for {scene.ego.stopped_for_s:.0f} s"
     holds = may_hold(scene)
     return None if holds is None else (WaitReason.YIELD, holds)

@@ -20,6 +20,8 @@ ego may stop it again there: a recovery is 15 m of progress. Ours.
 """
 SECOND_COST_M = 0.5
 """Cost of a second (m): a quicker plan is in the way of others for less time. Ours."""
+FREE_M = 25.0
+"""With more free road ahead than this, nothing in the path has stopped the ego (m), as for the rules."""
 IN_LANE_M = 1.0
 """Lateral offset up to which the ego counts as in the route's lane (m)."""
 BACK_COST, ONCOMING_COST, OFF_LANE_COST = 0.5, 0.1, 3.0
@@ -60,7 +62,7 @@ def is_worth_driving(plan: RecoveryPlan, assessment: PlanAssessment, free_now_m:
     gain = min(assessment.progress_m + assessment.free_m, MOST_PROGRESS_M)
     return gain >= min(free_now_m + WORTH_M, MOST_PROGRESS_M) or (
         # A free road ahead is worth driving on, whatever has stopped the ego.
-        free_now_m > MOST_PROGRESS_M and assessment.progress_m >= WORTH_M
+        free_now_m > FREE_M and assessment.progress_m >= WORTH_M
     )
 
 

@@ -7,7 +7,7 @@ import threading
 import time
 from concurrent.futures import Future
 
-from stucksolver.guard import Guard, RejectCode, RejectReason, Verdict
+from stucksolver.guard import Approvals, Guard, RejectCode, RejectReason, Verdict
 from stucksolver.plan import RecoveryPlan, apply_guidance_limits, intent_authorizes
 from stucksolver.plan.assessment import PlanAssessor
 from stucksolver.reasoners import Cancellable, ReasonerAnswer, ReasonerError
@@ -18,6 +18,7 @@ from stucksolver.scene.plausibility import implausibility
 from stucksolver.scene.wording import error_text, in_one_line
 from stucksolver.solver.query import NoAnswer, Query
 from stucksolver.solver.state_machine.admission import preview_verdict
+from stucksolver.solver.state_machine.claims import CONFIRMS
 from stucksolver.solver.state_machine.plan_preview import PlanPreview
 from stucksolver.solver.workers.delivery_clock import WAIT_LIMIT_S, DeliveryClock, Pending
 from stucksolver.solver.workers.reasoner_pool import MOST_VALUES, ReasonerPool
@@ -117,7 +118,9 @@ class ReasonerWorker:
         if surroundings is None or implausibility(surroundings) is not None:
             return None
         view = FrenetScene(surroundings)
-        return PlanPreview(self._guard, view, lambda plan: intent_authorizes(query.reading, plan)).assess
+        confirmed = frozenset(CONFIRMS[claim] for claim in query.scene.claims if claim in CONFIRMS)
+        approvals = Approvals(passenger=confirmed)
+        return PlanPreview(self._guard, view, lambda plan: intent_authorizes(query.reading, plan), approvals).assess
 
 
 def _think(
