@@ -23,8 +23,6 @@ class RejectReason(FrozenModel):
     """Required sight distance (m), for `RejectCode.ONCOMING_SIGHT`. `time_s` is the time for traffic to arrive."""
     seen_m: float | None = None
     """Available sight distance (m), for the same code."""
-    back_up_m: float | None = None
-    """Distance to back up from which a path was found (m), for `RejectCode.NO_PATH`."""
     margin: float | None = None
     """Margin of the requirement, in `unit`: negative, because it is not met. None if it has no amount."""
     unit: Literal["m", "s", "m/s"] | None = None
@@ -93,7 +91,6 @@ def no_path(error: NoPathError) -> Verdict:
                 object_id=error.object_id,
                 margin=None if short_m is None else -short_m,
                 unit=None if short_m is None else "m",
-                back_up_m=error.back_up_m,
             ),
         )
     )

@@ -23,7 +23,6 @@ class Shortfall(FrozenModel):
         failure: Reason for which there is no path, for `RejectCode.NO_PATH`.
         missing: How much is missing (in `unit`, positive); None if the requirement has no amount.
         unit: Unit of `missing`.
-        back_up_m: Distance to back up from which a path was found (m).
         passing: True if it ends when traffic has moved on.
         approval: True if a person's approval can remove it.
     """
@@ -34,7 +33,6 @@ class Shortfall(FrozenModel):
     failure: PlanFailure | None = None
     missing: float | None = None
     unit: Literal["m", "s", "m/s"] | None = None
-    back_up_m: float | None = None
     passing: bool = False
     approval: bool = False
 

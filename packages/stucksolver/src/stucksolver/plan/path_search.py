@@ -207,10 +207,14 @@ class _Search:
     def _failure(self, motion: LatticeMotion | None) -> NoPathError:
         """Return the error with the object that lacks the most clearance and the distance to back up."""
         aside_m = abs(self.goal.d_m - self.start.d_m)
-        back_m = self._back_up_m(motion is not None and motion.clear)
+        clear = motion is not None and motion.clear
+
+        def find_back_up() -> float | None:
+            return self._back_up_m(clear)
+
         text = f"no room to move by {aside_m:.1f} m"
         if motion is None or not self.obstacles.ids:
-            return NoPathError(PlanFailure.NO_ROOM_ASIDE, f"{text} within the lanes", back_up_m=back_m)
+            return NoPathError(PlanFailure.NO_ROOM_ASIDE, f"{text} within the lanes", find_back_up=find_back_up)
         # The motion without its objects keeps the turning radius, so that only clearance is missing.
         lacks = self._lacks(self._smoothed(motion, *SMOOTHINGS[1], self.obstacles.some(np.zeros(0, dtype=int))))
         k = int(lacks.argmax())
@@ -221,7 +225,7 @@ class _Search:
             f"{text}: {kind} {name}, {short_m:.2f} m short",
             object_id=name,
             short_m=short_m,
-            back_up_m=back_m,
+            find_back_up=find_back_up,
         )
 
     def _back_up_m(self, clear: bool) -> float | None:

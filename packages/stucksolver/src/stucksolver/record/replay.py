@@ -33,7 +33,7 @@ from stucksolver.solver.step_listener import TransitionStep
 
 KINDS = ("begin", "road", "step", "fault", "end")
 """Kinds of lines."""
-LATER = frozenset({"margin", "unit", "back_up_m"})
+LATER = frozenset({"margin", "unit"})
 """Fields of a reject reason that older records lack."""
 EQUAL = 1e-6
 """Greatest relative difference between equal numbers: another processor may round differently."""

@@ -7,8 +7,10 @@ carries out, on which side it passes, and how a sentence for people names it.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
+from functools import cached_property
 from typing import TYPE_CHECKING, ClassVar, TypeGuard
 
 from stucksolver.plan.frenet_path import FrenetPath
@@ -280,7 +282,6 @@ class NoPathError(Exception):
         failure: Code.
         object_id: Object that lacks the most clearance or room; None if no object does.
         short_m: Lack of clearance from this object, or of length along the road (m); None if it is unknown.
-        back_up_m: Distance by which the ego must back up for a path (m); None if backing up is not known to help.
     """
 
     def __init__(
@@ -290,14 +291,24 @@ class NoPathError(Exception):
         *,
         object_id: str | None = None,
         short_m: float | None = None,
-        back_up_m: float | None = None,
+        find_back_up: Callable[[], float | None] | None = None,
     ) -> None:
         super().__init__(text)
         self.failure = failure
         self.object_id = object_id
         self.short_m = short_m
-        self.back_up_m = back_up_m
+        self._find_back_up = find_back_up
+
+    @cached_property
+    def back_up_m(self) -> float | None:
+        """Distance by which the ego must back up for a path (m); None if backing up is not known to help.
+
+        It is computed when it is read, because it takes as long as several path searches.
+        """
+        return None if self._find_back_up is None else self._find_back_up()
 
     def said_as(self, failure: PlanFailure, text: str) -> NoPathError:
         """Return the same error with another code and text."""
-        return NoPathError(failure, text, object_id=self.object_id, short_m=self.short_m, back_up_m=self.back_up_m)
+        return NoPathError(
+            failure, text, object_id=self.object_id, short_m=self.short_m, find_back_up=self._find_back_up
+        )

@@ -24,8 +24,8 @@ from stucksolver.reasoners.search.plan_value import (
 from stucksolver.reasoners.search.preparations import Steps, preparations
 from stucksolver.scene import AttemptOutcome, RejectCode, Scene
 
-MOST_CHECKS = 400
-"""Number of plans that one search assesses. A plan takes about a millisecond. Ours."""
+MOST_CHECKS = 240
+"""Number of plans that one search assesses. A plan takes one or a few milliseconds. Ours."""
 NEARLY = 6
 """Number of refused plans around which the search is refined. Ours."""
 GOOD_ENOUGH_M = 6.0

@@ -65,10 +65,9 @@ def _role(kind: type[Behavior]) -> str | None:
 
 
 def _back_m(scene: Scene, assessment: PlanAssessment) -> tuple[float, ...]:
-    """Return distances to back up: first those from which a path is known, then the missing room, then others."""
-    known = [item.back_up_m for item in assessment.shortfalls if item.back_up_m is not None]
+    """Return distances to back up: first the room that is missing, then others."""
     missing = [item.missing for item in assessment.shortfalls if item.unit == "m" and item.missing is not None]
-    wanted = [max(found) + more for found in (known, missing) if found for more in SAFETY_M]
+    wanted = [max(missing) + more for more in SAFETY_M] if missing else []
     ways = (math.ceil(2.0 * max(way, BACK_M[0])) / 2.0 for way in wanted if way <= BACK_M[-1])
     return tuple(dict.fromkeys((*ways, *BACK_M)))
 

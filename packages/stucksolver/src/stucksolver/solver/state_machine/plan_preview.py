@@ -195,7 +195,6 @@ def _shortfall(reject: RejectReason, moving_ids: frozenset[str]) -> Shortfall:
         failure=reject.failure,
         missing=None if reject.margin is None else max(-reject.margin, 0.0),
         unit=reject.unit,
-        back_up_m=reject.back_up_m,
         passing=traffic or (reject.code in NEAR and reject.object_id in moving_ids),
         approval=reject.code in ASKABLE,
     )
