@@ -35,11 +35,14 @@ class RelocatedEgo:
         self._reach_m = max((max(entry.ahead_m, entry.behind_m) for entry in seen.sight), default=0.0)
         known = {entry.lane_id: entry for entry in seen.sight}
         self._lanes = tuple(lane for lane in view.frame.lanes if lane.strip.id in known)
-        now = [(known[lane.strip.id].ahead_m, known[lane.strip.id].behind_m) for lane in self._lanes]
+        pairs = [(known[lane.strip.id].ahead_m, known[lane.strip.id].behind_m) for lane in self._lanes]
+        now: Array = np.array(pairs).reshape(-1, 2)
         tall: Mask = self._boxes[:, 5] > OCCLUDES_M
-        estimated = self._visible_m(seen.ego, view.ego_s, tall)
-        self._low_occludes = bool((estimated > np.array(now).reshape(-1, 2) + DIFFERS_M).any())
+        estimated, _ = self._visible_m(seen.ego, view.ego_s, tall)
+        self._low_occludes = bool((estimated > now + DIFFERS_M).any())
         self._tall = tall
+        self._beyond_m: Array = np.maximum(now - estimated, 0.0)
+        """(lanes, 2): visible length of each lane beyond the known road, ahead and behind (m)."""
 
     def at(self, s_m: float, d_m: float, yaw_rad: float, after_s: float) -> FrenetScene:
         """Return the surroundings there.
@@ -58,7 +61,8 @@ class RelocatedEgo:
         driven_m = s_m - view.ego_s
         controls = tuple(c.model_copy(update={"distance_m": c.distance_m - driven_m}) for c in seen.controls)
         which: Mask = np.ones(len(self._boxes), dtype=bool) if self._low_occludes else self._tall
-        lengths = self._visible_m(ego, s_m, which)
+        lengths, is_open = self._visible_m(ego, s_m, which)
+        lengths = lengths + np.where(is_open, self._beyond_m, 0.0)
         sight = tuple(
             LaneSight(lane_id=lane.strip.id, ahead_m=float(ahead), behind_m=float(behind))
             for lane, (ahead, behind) in zip(self._lanes, lengths, strict=True)
@@ -70,9 +74,10 @@ class RelocatedEgo:
         """Return the present surroundings without the moving objects."""
         return FrenetScene(self._view.surroundings.model_copy(update={"objects": self._staying}))
 
-    def _visible_m(self, ego: EgoState, s_m: float, which: Mask) -> Array:
-        """(lanes, 2): how far the centers of the lanes are visible ahead and behind of a pose (m)."""
+    def _visible_m(self, ego: EgoState, s_m: float, which: Mask) -> tuple[Array, Mask]:
+        """(lanes, 2), twice: visible length of the lanes ahead and behind of a pose (m); True without occlusion."""
         result = np.zeros((len(self._lanes), 2))
+        is_open = np.ones((len(self._lanes), 2), dtype=bool)
         boxes = self._boxes[which]
         for k, lane in enumerate(self._lanes):
             ahead_m = min(lane.end_m, s_m + self._reach_m) - s_m
@@ -86,7 +91,8 @@ class RelocatedEgo:
                 # The first sample is beside the ego itself.
                 hidden = np.flatnonzero(_crosses(boxes, ego.x_m, ego.y_m, x[1:], y[1:]))
                 result[k, side] = away[int(hidden[0])] if len(hidden) else away[-1]
-        return result
+                is_open[k, side] = not len(hidden)
+        return result, is_open
 
 
 def _crosses(boxes: Array, from_x: float, from_y: float, x: Array, y: Array) -> Mask:

@@ -21,7 +21,7 @@ from stucksolver.reasoners.search.plan_value import (
     shortfall_m,
     value_m,
 )
-from stucksolver.reasoners.search.preparations import Steps, preparations
+from stucksolver.reasoners.search.preparations import Steps, half_way, preparations
 from stucksolver.scene import AttemptOutcome, RejectCode, Scene
 
 MOST_CHECKS = 240
@@ -36,7 +36,7 @@ FACTORS = (0.5, 0.75, 1.25, 1.5)
 """Factors on a parameter of a plan that is nearly accepted. Ours."""
 NEAR_M = 25.0
 """A plan that stays in the lane leads past nothing that is in the path within this distance (m). Ours."""
-MOST_HALVES = 2
+MOST_HALVES = 3
 """Number of aborted plans with preparations, after which the same behavior is not prepared again. Ours."""
 LAST_RANK = 100
 """Rank of behaviors that solve nothing by themselves."""
@@ -195,8 +195,7 @@ class PlanSearch:
     def _ends_half_way(self, plan: RecoveryPlan) -> bool:
         """True if plans with preparations for the same behavior were aborted often enough."""
         last = plan.behaviors[-1].name
-        aborted = [a for a in self.scene.attempts if a.ended is AttemptOutcome.ABORTED and len(a.behaviors) > 1]
-        return len(plan.behaviors) > 1 and sum(a.behaviors[-1] == last for a in aborted) >= MOST_HALVES
+        return len(plan.behaviors) > 1 and sum(names[-1] == last for names in half_way(self.scene)) >= MOST_HALVES
 
     def _settled(self) -> bool:
         """True if a plan that needs nothing else is accepted, so that a refinement can hardly be better."""

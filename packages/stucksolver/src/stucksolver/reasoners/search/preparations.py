@@ -8,12 +8,16 @@ from collections.abc import Iterator
 from stucksolver.plan.assessment import PlanAssessment
 from stucksolver.plan.behaviors import REGISTRY, Behavior
 from stucksolver.reasoners.search.behavior_grid import on_grid, own_path_ahead
-from stucksolver.scene import Scene
+from stucksolver.scene import AttemptOutcome, Scene
 
 Steps = tuple[Behavior, ...]
 
 BACK_M = (1.0, 2.0, 4.0, 8.0, 16.0, 30.0)
 """Distances to back up (m): the room for a tighter turn, and the distance from which more of the road is visible."""
+LEAST_BACK_M = (1.0, 4.0, 8.0)
+"""Least distance to back up, after no, one and more plans with a preparation that were aborted (m): their estimate of
+the room was too tight. Ours.
+"""
 FORWARD_M = (2.0, 5.0, 10.0)
 """Distances to creep forward (m)."""
 SHORT_OF_M = (1.5, 3.0)
@@ -64,12 +68,19 @@ def _role(kind: type[Behavior]) -> str | None:
     return "creep" if stops and kind.stays_behind_blocker and not kind.reverse else None
 
 
+def half_way(scene: Scene) -> tuple[tuple[str, ...], ...]:
+    """Return the names of the behaviors of plans that began with a preparation and were aborted."""
+    aborted = (a.behaviors for a in scene.attempts if a.ended is AttemptOutcome.ABORTED)
+    return tuple(names for names in aborted if len(names) > 1 and names[0] in REGISTRY and REGISTRY[names[0]].prepares)
+
+
 def _back_m(scene: Scene, assessment: PlanAssessment) -> tuple[float, ...]:
-    """Return distances to back up: first the room that is missing, then others."""
+    """Return distances to back up: first the room that is missing, then others; more after a plan that failed."""
     missing = [item.missing for item in assessment.shortfalls if item.unit == "m" and item.missing is not None]
     wanted = [max(missing) + more for more in SAFETY_M] if missing else []
-    ways = (math.ceil(2.0 * max(way, BACK_M[0])) / 2.0 for way in wanted if way <= BACK_M[-1])
-    return tuple(dict.fromkeys((*ways, *BACK_M)))
+    least_m = LEAST_BACK_M[min(len(half_way(scene)), len(LEAST_BACK_M) - 1)]
+    ways = (math.ceil(2.0 * max(way, least_m)) / 2.0 for way in wanted if way <= BACK_M[-1])
+    return tuple(dict.fromkeys((*ways, *(way for way in BACK_M if way >= least_m))))
 
 
 def _forward_m(scene: Scene) -> tuple[float, ...]:
