@@ -23,8 +23,8 @@ NONE = "none"
 class SessionSettings(FrozenModel):
     """The arguments of `StuckSolver`, by name."""
 
-    recovery: str = "rules"
-    """The reasoner of the ladder's rung `rules`, by name: `rules`, `openai:MODEL`, `recorded:FOLDER`."""
+    recovery: str = "search"
+    """The reasoner of the ladder's rung `rules`, by name: `search`, `rules`, `openai:MODEL`, `recorded:FOLDER`."""
     reasoner: str | None = None
     """The reasoner of the rung `model`; None leaves the rung out."""
     ladder: str | None = None

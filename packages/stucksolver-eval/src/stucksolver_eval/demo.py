@@ -65,7 +65,7 @@ class DemoSpec:
     maps: str | None = None
     seed: int = 1
     driver: str = "behavior:normal"
-    recovery: str = "rules"
+    recovery: str = "search"
     """The reasoner of the systems with StuckSolver."""
     road: Literal["one_lane", "multi_lane", "any"] = "any"
     oncoming: int = 3

@@ -32,7 +32,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
     add_map(parser, "demo_town")
     parser.add_argument("--seed", type=whole, default=1, help="seed of positions and traffic")
-    parser.add_argument("--recovery", default="rules", help=f"the reasoner (default: rules): {HELP}")
+    parser.add_argument("--recovery", default="search", help=f"the reasoner (default: search): {HELP}")
     add_send_key(parser)
     parser.add_argument(
         "--driver",
