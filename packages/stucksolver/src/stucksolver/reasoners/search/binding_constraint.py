@@ -9,8 +9,8 @@ from stucksolver.reasoners.search.plan_search import SearchResult
 from stucksolver.scene import VEHICLES, Scene, SceneObject
 
 
-def binding_constraint(scene: Scene, result: SearchResult) -> tuple[CauseCode, str] | None:
-    """Return the cause and the constraint in words; None if no plan was refused."""
+def binding_constraint(scene: Scene, result: SearchResult) -> tuple[CauseCode | None, str] | None:
+    """Return the cause, if an object is it, and the constraint in words; None if no plan was refused."""
     candidate = result.best or result.nearly
     if candidate is None or not candidate.assessment.shortfalls:
         return None
@@ -25,9 +25,9 @@ def in_words(behavior: Behavior) -> str:
     return behavior.phrase.future.format(**behavior.model_dump())
 
 
-def _cause(scene: Scene, shortfall: Shortfall) -> CauseCode:
+def _cause(scene: Scene, shortfall: Shortfall) -> CauseCode | None:
     obj = next((o for o in scene.objects if o.id == shortfall.object_id), None)
-    return CauseCode.UNKNOWN if obj is None else _kind_of_cause(obj)
+    return None if obj is None else _kind_of_cause(obj)
 
 
 def _kind_of_cause(obj: SceneObject) -> CauseCode:

@@ -143,7 +143,9 @@ def _says(best: Candidate) -> str:
 def _explained(analysis: Analysis, scene: Scene, result: SearchResult) -> Analysis:
     """Return the analysis with the constraint that holds the ego, instead of an object that is merely there."""
     found = binding_constraint(scene, result)
-    return analysis if found is None else analysis.model_copy(update={"cause": found[0], "reason": found[1]})
+    if found is None:
+        return analysis
+    return analysis.model_copy(update={"cause": found[0] or analysis.cause, "reason": found[1]})
 
 
 def _call(scene: Scene, wait: WaitReason | None, why: str, limits: WaitLimits) -> RecoveryPlan | None:
