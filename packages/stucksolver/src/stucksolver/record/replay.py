@@ -242,7 +242,11 @@ class _Again:
 
     def _where(self, first: dict[str, Any], second: dict[str, Any]) -> str:
         """Return the first field in which the second value differs, with its content."""
-        name = next(k for k in sorted(first.keys() | second.keys()) if not self._same(first.get(k), second.get(k)))
+        names = sorted(first.keys() | second.keys())
+        name = next((k for k in names if not self._same(first.get(k), second.get(k))), None)
+        if name is None:
+            # A field without a value is in one of them only.
+            name = min(first.keys() ^ second.keys())
         return f"{name}: {second.get(name)}"
 
     def _same(self, first: Any, second: Any) -> bool:
