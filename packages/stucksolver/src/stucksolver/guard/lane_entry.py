@@ -12,6 +12,7 @@ from stucksolver.plan.speed_profile import SpeedProfile
 from stucksolver.scene.failed_attempts import RejectCode
 from stucksolver.scene.frenet import Array, Lane, Mask
 from stucksolver.scene.frenet_scene import MOVING_MPS
+from stucksolver.scene.objects import TrackedObject
 from stucksolver.scene.road import LaneDirection
 
 GivingWay = bool | frozenset[str]
@@ -155,13 +156,17 @@ def _could_not_stop(
         return None
     gap, required_m = float(tail.min()) - front, float(needed[int(np.argmin(tail - front - needed))])
     detail = f"{obj.kind.value} {obj.id} behind: gap {gap:.1f} m, required {required_m:.1f} m at {when:.1f} s"
+    return _rejected(obj, detail, when, gap, gap - required_m)
+
+
+def _rejected(obj: TrackedObject, detail: str, time_s: float, gap_m: float, margin_m: float) -> RejectReason:
     return RejectReason(
         code=RejectCode.LANE_ENTRY,
         detail=detail,
         object_id=obj.id,
-        time_s=when,
-        gap_m=gap,
-        margin=gap - required_m,
+        time_s=time_s,
+        gap_m=gap_m,
+        margin=margin_m,
         unit="m",
     )
 
@@ -224,13 +229,5 @@ def check_entry_gap(case: CheckContext, k: int, i: int, tail: Array) -> RejectRe
             detail = f"{obj.kind.value} {obj.id} {relation}: gap {gap:.1f} m, required {needed:.1f} m at {when:.1f} s"
             if gap >= needed:
                 detail = f"{obj.kind.value} {obj.id}: ahead of the slow ego and behind the fast one, or vice versa"
-            return RejectReason(
-                code=RejectCode.LANE_ENTRY,
-                detail=detail,
-                object_id=obj.id,
-                time_s=when,
-                gap_m=gap,
-                margin=min(gap - needed, 0.0),
-                unit="m",
-            )
+            return _rejected(obj, detail, when, gap, min(gap - needed, 0.0))
     return None

@@ -54,7 +54,7 @@ def decide(scene: Scene, observation: Observation, analysis: Analysis, limits: W
     if refused is not None:
         plan, wait, why = None, WaitReason.NO_SAFE_WAY, refused
     if plan is None and analysis.immobilized:
-        plan, why = _call(scene, wait, why, limits), why
+        plan, why = call_for_help(scene, wait, why, limits), why
     if plan is not None:
         return Decision(observation=observation, analysis=analysis, plan=plan, rationale=why)
     waiting = analysis.model_copy(update={"wait": wait, "reason": f"{analysis.reason}; {why}"})
@@ -135,7 +135,7 @@ def _just_refused(scene: Scene, plan: RecoveryPlan) -> str | None:
     return same[-1].outcome if same and not (len(same) == 1 and (slowed or quickened)) else None
 
 
-def _call(scene: Scene, wait: WaitReason | None, why: str, limits: WaitLimits) -> RecoveryPlan | None:
+def call_for_help(scene: Scene, wait: WaitReason | None, why: str, limits: WaitLimits) -> RecoveryPlan | None:
     """Return a call for help if nothing legal is left: a light stays red, or there has been no safe plan for long."""
     if not scene.offers("request_assistance"):
         return None

@@ -15,6 +15,8 @@ from pydantic import ValidationError
 
 from stucksolver.plan.behaviors import REGISTRY, Behavior, ExecutorKind, parse_behavior
 from stucksolver.scene import GuidanceIntent, Scene, SceneObject
+from stucksolver.scene.scene import TOUCHING_M
+from stucksolver.scene.scene_builder import PATH_MARGIN_M
 
 SPEEDS_MPS = (5.5, 2.2)
 """Speeds to try (m/s): just under the 20 km/h of a recovery, and walking pace."""
@@ -28,16 +30,14 @@ WITHIN_M = 45.0
 """Objects further ahead are not passed by the first plan (m). Ours."""
 ASIDE_M = 2.0
 """Objects beside the route up to this lateral distance from the ego's path matter (m). Ours."""
-MARGIN_M, IN_LANE_M, TOUCHING_M = 0.2, 1.0, -0.5
-"""Lateral margin of the ego's path, offset up to which it counts as in the route's lane, and gap that still counts as
-ahead (m), as in the scene.
-"""
+IN_LANE_M = 1.0
+"""Lateral offset up to which the ego counts as in the route's lane (m)."""
+ABOVE = 0.05
+"""Distance from an exclusive bound, in the unit of the parameter. Ours."""
 MOST_OBJECTS = 4
 """Number of objects ahead to try for a parameter that names one. Ours."""
 MOST_PASSED = 2
 """Number of objects in the path that a distance may lead past. Ours."""
-MOST_STARTS = 3
-"""Number of waypoints to try for the start of a route. Ours."""
 
 
 def past_m(scene: Scene, obj: SceneObject) -> float:
@@ -54,13 +54,18 @@ def objects_ahead(scene: Scene) -> tuple[SceneObject, ...]:
 
 def is_in_own_path(scene: Scene, obj: SceneObject) -> bool:
     """True if the ego would hit an object when it drives on at its present lateral offset."""
-    return obj.in_path if abs(scene.ego.lateral_offset_m) < IN_LANE_M else _is_beside_path(scene, obj, MARGIN_M)
+    return obj.in_path if abs(scene.ego.lateral_offset_m) < IN_LANE_M else _is_beside_path(scene, obj, PATH_MARGIN_M)
 
 
 def own_path_ahead(scene: Scene) -> tuple[SceneObject, ...]:
     """Return the objects ahead that the ego would hit at its present lateral offset, nearest first."""
     found = [o for o in scene.objects if o.gap_m is not None and o.gap_m > TOUCHING_M and is_in_own_path(scene, o)]
     return tuple(sorted(found, key=lambda o: o.gap_m or 0.0))
+
+
+def nearest_ahead(scene: Scene, within_m: float) -> SceneObject | None:
+    """Return the nearest object in the ego's own path with a gap below `within_m` (m), or None."""
+    return next((o for o in own_path_ahead(scene) if (o.gap_m or 0.0) < within_m), None)
 
 
 def _is_beside_path(scene: Scene, obj: SceneObject, within_m: float) -> bool:
@@ -112,7 +117,7 @@ def _values(name: str, schema: dict[str, Any], scene: Scene) -> tuple[Any, ...]:
         return _numbers(name, schema, scene)
     if schema.get("type") == "boolean":
         return (schema.get("default", False),)
-    ids = _starts(scene) if name == "route_start" else tuple(o.id for o in objects_ahead(scene))
+    ids = tuple(o.id for o in objects_ahead(scene))
     optional = any(kind.get("type") == "null" for kind in schema.get("anyOf", ()))
     return (*ids, None) if optional else ids
 
@@ -147,12 +152,11 @@ def _clipped(values: Iterable[Any], schema: dict[str, Any]) -> tuple[Any, ...]:
     """Return the values within the bounds of a number; values that would be clipped to the same number count once."""
     if schema.get("type") != "number":
         return tuple(values)
-    low = schema.get("minimum", schema.get("exclusiveMinimum", -math.inf) + 0.05)
-    high = schema.get("maximum", math.inf)
-    return tuple(dict.fromkeys(round(min(max(float(value), low), high), 2) for value in values))
+    return tuple(dict.fromkeys(clipped(float(value), schema) for value in values))
 
 
-def _starts(scene: Scene) -> tuple[str, ...]:
-    """Return the ids of the waypoints from which the destination is reached, those with the shortest routes first."""
-    fitting = sorted((w for w in scene.waypoints if w.reaches_destination), key=lambda w: w.route_length_m or math.inf)
-    return tuple(w.id for w in fitting)[:MOST_STARTS]
+def clipped(value: float, schema: dict[str, Any]) -> float:
+    """Return a number within the bounds of its schema, rounded to hundredths."""
+    low: float = schema.get("minimum", schema.get("exclusiveMinimum", -math.inf) + ABOVE)
+    high: float = schema.get("maximum", math.inf)
+    return round(min(max(value, low), high), 2)

@@ -8,13 +8,13 @@ from stucksolver.reasoners.rules.deadlocks import FIRST_TURN_S
 from stucksolver.reasoners.rules.no_blocker import LIGHT_AHEAD_M, across_stuck_light
 from stucksolver.reasoners.rules.observe import crosses, drives, goes_first
 from stucksolver.reasoners.rules.resume_driving import SCENES, STANDS_S, may_hold
-from stucksolver.reasoners.search.behavior_grid import IN_LANE_M, own_path_ahead
+from stucksolver.reasoners.search.behavior_grid import IN_LANE_M, nearest_ahead
 from stucksolver.scene import VEHICLES, Claim, ObjectKind, Scene
 
 
 def duty_to_wait(scene: Scene, analysis: Analysis, limits: WaitLimits) -> tuple[WaitReason | None, str] | None:
     """Return why the ego must wait, or None. Lights, people and queues are duties that `analyse` has checked before."""
-    lead = next((o for o in own_path_ahead(scene) if (o.gap_m or 0.0) < NEAR_M), None)
+    lead = nearest_ahead(scene, NEAR_M)
     if lead is not None and lead.kind is ObjectKind.CROSSING_GATE:
         return WaitReason.LIGHT, f"the gate {lead.id} must not be driven around"
     asked = analysis.guidance_intent

@@ -5,16 +5,17 @@ No situation is named here. What a plan does follows from its behaviors, whether
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 
 from stucksolver.plan import RecoveryPlan
 from stucksolver.plan.assessment import PlanAssessment, PlanAssessor
 from stucksolver.plan.behaviors import Behavior, parse_behavior
-from stucksolver.reasoners.search.behavior_grid import behaviors_on_grid, own_path_ahead
+from stucksolver.reasoners.rules.analyze import NEAR_M
+from stucksolver.reasoners.search.behavior_grid import IN_LANE_M, behaviors_on_grid, clipped, nearest_ahead
 from stucksolver.reasoners.search.plan_value import (
     FAILED_COST_M,
-    IN_LANE_M,
     has_failed,
     is_hopeless,
     is_worth_driving,
@@ -34,8 +35,6 @@ FAILED_S = 30.0
 """Time for which a failed plan is put off (s)."""
 FACTORS = (0.5, 0.75, 1.25, 1.5)
 """Factors on a parameter of a plan that is nearly accepted. Ours."""
-NEAR_M = 25.0
-"""A plan that stays in the lane leads past nothing that is in the path within this distance (m). Ours."""
 MOST_HALVES = 3
 """Number of aborted plans with preparations, after which the same behavior is not prepared again. Ours."""
 LAST_RANK = 100
@@ -65,15 +64,11 @@ class SearchResult:
 
     Attributes:
         best: Best plan that is possible; None if there is none.
-        possible: All of them, best first.
         nearly: The refused plan that is nearest to being accepted; None if nothing was refused.
-        checks: Number of plans that were assessed.
     """
 
     best: Candidate | None
-    possible: tuple[Candidate, ...]
     nearly: Candidate | None
-    checks: int
 
 
 @dataclass
@@ -171,19 +166,13 @@ class PlanSearch:
         if candidate.assessment.step is not None and len(steps) > 1 + candidate.assessment.step:
             return False
         stays_behind = all(b.stays_behind_blocker or _only_prepares(b) for b in steps)
-        behind = stays_behind and any((o.gap_m or 0.0) < NEAR_M for o in own_path_ahead(self.scene))
+        behind = stays_behind and nearest_ahead(self.scene, NEAR_M) is not None
         return not behind and not is_hopeless(candidate.assessment)
 
     def _worthwhile(self) -> list[Candidate]:
-        free_now_m = min((o.gap_m or 0.0 for o in own_path_ahead(self.scene)), default=float("inf"))
-        return sorted(
-            (
-                c
-                for c in self._known.values()
-                if self._is_possible(c) and is_worth_driving(c.plan, c.assessment, max(free_now_m, 0.0))
-            ),
-            key=lambda c: -c.value,
-        )
+        lead = nearest_ahead(self.scene, math.inf)
+        free_now_m = math.inf if lead is None else max(lead.gap_m or 0.0, 0.0)
+        return [c for c in self._known.values() if self._is_possible(c) and is_worth_driving(c.assessment, free_now_m)]
 
     def _is_possible(self, candidate: Candidate) -> bool:
         """True if a plan is possible, passes what it must pass, and needs no approval after a person has said no."""
@@ -202,10 +191,10 @@ class PlanSearch:
         return any(c.assessment.accepted and c.value > GOOD_ENOUGH_M for c in self._worthwhile())
 
     def _result(self) -> SearchResult:
-        possible = tuple(self._worthwhile())
+        possible = self._worthwhile()
         refused = [c for c in self._known.values() if not c.assessment.accepted and self._could_help(c)]
         nearly = min(refused, key=_explains, default=None)
-        return SearchResult(possible[0] if possible else None, possible, nearly, len(self._known))
+        return SearchResult(max(possible, key=lambda c: c.value, default=None), nearly)
 
 
 def _explains(candidate: Candidate) -> tuple[bool, int, int, float]:
@@ -234,8 +223,7 @@ def _variants(behavior: Behavior) -> Iterator[Behavior]:
     for name, item in schema.items():
         if item.get("type") != "number":
             continue
-        low = item.get("minimum", item.get("exclusiveMinimum", 0.0) + 0.05)
         for factor in FACTORS:
-            changed = round(min(max(data[name] * factor, low), item["maximum"]), 2)
+            changed = clipped(data[name] * factor, item)
             if changed != data[name]:
                 yield parse_behavior({**data, name: changed})

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from stucksolver.plan import RecoveryPlan
-from stucksolver.plan.assessment import PlanAssessment
+from stucksolver.plan.assessment import PlanAssessment, Shortfall
+from stucksolver.reasoners.rules.analyze import NEAR_M
+from stucksolver.reasoners.search.behavior_grid import IN_LANE_M
 from stucksolver.scene import PlanFailure, RejectCode, Scene
 
 HORIZON_S = 40.0
@@ -20,20 +22,26 @@ ego may stop it again there: a recovery is 15 m of progress. Ours.
 """
 SECOND_COST_M = 0.5
 """Cost of a second (m): a quicker plan is in the way of others for less time. Ours."""
-FREE_M = 25.0
-"""With more free road ahead than this, nothing in the path has stopped the ego (m), as for the rules."""
-IN_LANE_M = 1.0
-"""Lateral offset up to which the ego counts as in the route's lane (m)."""
-BACK_COST, ONCOMING_COST, OFF_LANE_COST = 0.5, 0.1, 3.0
-"""Cost of a meter in reverse, of a meter in an oncoming lane, and of a meter beside the route's lane at the end (m)."""
+BACK_COST = 0.5
+"""Cost of a meter in reverse (m). Ours."""
+ONCOMING_COST = 0.1
+"""Cost of a meter in an oncoming lane (m). Ours."""
+OFF_LANE_COST = 3.0
+"""Cost of a meter beside the route's lane at the end (m). Ours."""
 STEP_COST_M = 1.0
 """Cost of each behavior: a simple plan is easier to follow for everyone (m). Ours."""
-TRAFFIC_COST_M, APPROVAL_COST_M = 12.0, 15.0
-"""Cost of waiting for traffic and of asking a person (m). Ours: both take longer than a small detour."""
+TRAFFIC_COST_M = 12.0
+"""Cost of waiting for traffic (m). Ours: it takes longer than a small detour."""
+APPROVAL_COST_M = 15.0
+"""Cost of asking a person (m). Ours, for the same reason."""
 FAILED_COST_M = 25.0
 """Cost of a plan that failed a short time ago for a reason that cannot be seen before it starts (m). Ours."""
-PER_METER, PER_SECOND, PER_MPS, UNKNOWN_COST_M = 30.0, 0.5, 4.0, 60.0
-"""Distance of a refused plan from being accepted: for each meter, second and m/s that is missing; if it is unknown."""
+RATES = {"m": 30.0, "s": 0.5, "m/s": 4.0}
+"""Distance of a refused plan from being accepted, for each unit that is missing (m). Ours."""
+SIGHT_RATE = 0.2
+"""The same for a meter of sight: it is much less than a meter of room (m). Ours."""
+UNKNOWN_COST_M = 60.0
+"""The same if the missing amount is unknown (m). Ours."""
 
 
 def value_m(plan: RecoveryPlan, assessment: PlanAssessment) -> float:
@@ -57,30 +65,25 @@ def value_m(plan: RecoveryPlan, assessment: PlanAssessment) -> float:
     return gain - cost
 
 
-def is_worth_driving(plan: RecoveryPlan, assessment: PlanAssessment, free_now_m: float) -> bool:
+def is_worth_driving(assessment: PlanAssessment, free_now_m: float) -> bool:
     """True if a plan leads further than the free road ahead of the ego now. `free_now_m`: that distance (m)."""
     gain = min(assessment.progress_m + assessment.free_m, MOST_PROGRESS_M)
     return gain >= min(free_now_m + WORTH_M, MOST_PROGRESS_M) or (
-        # A free road ahead is worth driving on, whatever has stopped the ego.
-        free_now_m > FREE_M and assessment.progress_m >= WORTH_M
+        # Beyond `NEAR_M` nothing in the path has stopped the ego: a free road is worth driving on.
+        free_now_m > NEAR_M and assessment.progress_m >= WORTH_M
     )
 
 
 def shortfall_m(assessment: PlanAssessment) -> float:
     """Return how far a refused plan is from being accepted, as a length (m)."""
-    total = 0.0
-    for item in assessment.shortfalls:
-        if item.passing or item.approval:
-            continue
-        rate = {"m": PER_METER, "s": PER_SECOND, "m/s": PER_MPS}.get(item.unit or "", 0.0)
-        if item.missing is None:
-            total += UNKNOWN_COST_M
-        elif item.code in (RejectCode.ONCOMING_SIGHT, RejectCode.PATH_NOT_VISIBLE):
-            # A missing meter of sight is much less than a missing meter of room.
-            total += 0.2 * item.missing
-        else:
-            total += rate * item.missing
-    return total
+    return sum(_lacks_m(item) for item in assessment.shortfalls if not (item.passing or item.approval))
+
+
+def _lacks_m(item: Shortfall) -> float:
+    if item.missing is None:
+        return UNKNOWN_COST_M
+    sight = item.code in (RejectCode.ONCOMING_SIGHT, RejectCode.PATH_NOT_VISIBLE)
+    return item.missing * (SIGHT_RATE if sight else RATES.get(item.unit or "", 0.0))
 
 
 HOPELESS = frozenset(
@@ -103,5 +106,5 @@ def is_hopeless(assessment: PlanAssessment) -> bool:
 
 def has_failed(scene: Scene, plan: RecoveryPlan, within_s: float) -> bool:
     """True if a plan with these behaviors and parameters was aborted within the last seconds."""
-    wanted = tuple(behavior.model_dump_json() for behavior in plan.behaviors)
-    return any(attempt.plan == wanted and scene.time_s - attempt.time_s < within_s for attempt in scene.attempts)
+    recent = [attempt.plan for attempt in scene.attempts if scene.time_s - attempt.time_s < within_s]
+    return bool(recent) and tuple(behavior.model_dump_json() for behavior in plan.behaviors) in recent

@@ -15,23 +15,20 @@ from stucksolver.plan import (
     plan_matches_intent,
 )
 from stucksolver.plan.assessment import PlanAssessor
-from stucksolver.plan.behaviors import RequestAssistance
 from stucksolver.reasoners.reasoner import ReasonerAnswer, ReasonerRequest, ReasonerTrace
 from stucksolver.reasoners.rules.analyze import NEAR_M, analyse
 from stucksolver.reasoners.rules.deadlocks import assert_to_crossing, assert_to_merging, back_off
-from stucksolver.reasoners.rules.decide import FOR_US, LEAD_RANGE_M, NO_WAY_S, decide
+from stucksolver.reasoners.rules.decide import FOR_US, LEAD_RANGE_M, call_for_help, decide
 from stucksolver.reasoners.rules.no_blocker import plan_for_request
 from stucksolver.reasoners.rules.observe import observe
 from stucksolver.reasoners.rules.pass_target import is_staying
 from stucksolver.reasoners.rules.pushed_object import assume_stopped
-from stucksolver.reasoners.search.behavior_grid import own_path_ahead
+from stucksolver.reasoners.search.behavior_grid import nearest_ahead
 from stucksolver.reasoners.search.binding_constraint import binding_constraint, in_words
 from stucksolver.reasoners.search.duties import duty_to_wait
 from stucksolver.reasoners.search.plan_search import Candidate, PlanSearch, SearchResult
 from stucksolver.reasoners.search.reroute import new_route, reroute
 from stucksolver.scene import MOTOR_VEHICLES, RejectCode, Scene, SceneObject
-
-NAME = "search"
 
 
 class SearchReasoner:
@@ -40,7 +37,7 @@ class SearchReasoner:
     Without surroundings to check plans in, it answers as the rules do.
     """
 
-    name = NAME
+    name = "search"
 
     def __init__(self, limits: WaitLimits | None = None) -> None:
         self._limits = limits or WaitLimits()
@@ -58,7 +55,7 @@ class SearchReasoner:
             return decide(scene, observation, analysis, self._limits)
         plan, wait, why, analysis = self._searched(scene, assess, analysis)
         if plan is None and analysis.immobilized:
-            plan = _call(scene, wait, why, self._limits)
+            plan = call_for_help(scene, wait, why, self._limits)
         if plan is not None:
             return Decision(observation=observation, analysis=analysis, plan=plan, rationale=why)
         waiting = analysis.model_copy(update={"wait": wait, "reason": why})
@@ -78,13 +75,13 @@ class SearchReasoner:
         if analysis.cause is CauseCode.LOOP:
             found = new_route(scene, "the vehicle is driving in circles")
             return (None, None, "a new route has led nowhere", analysis) if found is None else (*found, analysis)
-        lead = next((o for o in own_path_ahead(scene) if (o.gap_m or 0.0) < NEAR_M), None)
+        lead = nearest_ahead(scene, NEAR_M)
         shown = None if lead is None else assert_to_crossing(scene, lead) or assert_to_merging(scene, lead)
         if shown is not None:
             return shown[0], shown[1][0], shown[1][1], analysis
-        ahead = next((o.id for o in own_path_ahead(scene) if (o.gap_m or 0.0) < LEAD_RANGE_M), None)
-        overtakes = ahead if asked is GuidanceIntent.OVERTAKE else None
-        result = PlanSearch(scene, assess, _filter(scene, asked), overtakes).run()
+        overtaken = nearest_ahead(scene, LEAD_RANGE_M) if asked is GuidanceIntent.OVERTAKE else None
+        passes = None if overtaken is None else overtaken.id
+        result = PlanSearch(scene, assess, _filter(scene, asked), passes).run()
         if result.best is not None and not self._holds(scene, result.best):
             return result.best.plan, None, _says(result.best), _explained(analysis, scene, result)
         analysis = _explained(analysis, scene, result)
@@ -146,14 +143,3 @@ def _explained(analysis: Analysis, scene: Scene, result: SearchResult) -> Analys
     if found is None:
         return analysis
     return analysis.model_copy(update={"cause": found[0] or analysis.cause, "reason": found[1]})
-
-
-def _call(scene: Scene, wait: WaitReason | None, why: str, limits: WaitLimits) -> RecoveryPlan | None:
-    """Return a call for help if nothing legal is left: a light stays red, or there has been no safe plan for long."""
-    after = {WaitReason.LIGHT: limits.light_s, WaitReason.NO_SAFE_WAY: NO_WAY_S}
-    if wait is None or not scene.offers("request_assistance"):
-        return None
-    if scene.ego.stopped_for_s <= after.get(wait, float("inf")):
-        return None
-    reason = f"stopped for {scene.ego.stopped_for_s:.0f} s: {why}"[:200]
-    return RecoveryPlan(behaviors=(RequestAssistance(reason=reason),))

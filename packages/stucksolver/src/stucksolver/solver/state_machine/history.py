@@ -28,6 +28,8 @@ PASSING = frozenset(
 )
 """Reasons that end when the traffic moves on: waiting is right, and no try is used up."""
 ONLY_REPEATED = (RejectCode.REPEATED,)
+NEAR = frozenset({RejectCode.COLLISION, RejectCode.CLEARANCE, RejectCode.GAP, RejectCode.NO_ABORT})
+"""Reasons that end when their object has moved on."""
 TEXTS = {
     AttemptOutcome.DECLINED: "a person said no",
     AttemptOutcome.ABORTED: "its next step was refused after the first one was done",
@@ -188,8 +190,7 @@ def passes(verdict: Verdict, moving: frozenset[str], *, sensed: bool = False) ->
         moving: Ids of the moving objects.
         sensed: The vehicle sees by its sensors. Then a car that comes hides the oncoming lane behind it.
     """
-    near = (RejectCode.COLLISION, RejectCode.CLEARANCE, RejectCode.GAP, RejectCode.NO_ABORT)
-    traffic = [r.code in PASSING or (r.code in near and r.object_id in moving) for r in verdict.rejects]
+    traffic = [r.code in PASSING or (r.code in NEAR and r.object_id in moving) for r in verdict.rejects]
     # What is hidden beside traffic is mostly hidden by that traffic, and is seen once it has moved on.
     unseen = (RejectCode.PATH_NOT_VISIBLE, RejectCode.ONCOMING_SIGHT) if sensed else (RejectCode.PATH_NOT_VISIBLE,)
     hidden = [r.code in unseen for r in verdict.rejects]

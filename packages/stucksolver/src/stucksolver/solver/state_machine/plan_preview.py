@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -16,13 +17,9 @@ from stucksolver.scene.frenet_scene import FrenetScene
 from stucksolver.scene.relocated_ego import RelocatedEgo
 from stucksolver.scene.road import LaneDirection
 from stucksolver.solver.state_machine.approval_rules import ASKABLE, RED_LIGHT, approvable_rules, check_authorized
-from stucksolver.solver.state_machine.history import PASSING, moving
+from stucksolver.solver.state_machine.history import NEAR, PASSING, moving
 from stucksolver.solver.state_machine.path_points import facing
 from stucksolver.solver.state_machine.segments import Segment, segments_of
-
-NEAR = frozenset({RejectCode.COLLISION, RejectCode.CLEARANCE, RejectCode.GAP, RejectCode.NO_ABORT})
-"""Reasons that end when their object has moved on."""
-
 
 STATIC = frozenset(
     {RejectCode.COLLISION, RejectCode.GAP, RejectCode.NO_PATH, RejectCode.OFF_LANES, RejectCode.LEAVES_LANE}
@@ -30,8 +27,6 @@ STATIC = frozenset(
 """Reasons that depend only on what is stationary, so that they are known before the plan begins."""
 BESIDE_M = 0.2
 """Lateral margin of the ego's path (m), as in `FrenetScene.in_corridor`."""
-
-
 EVERY_APPROVAL = Approvals(operator=frozenset((*REGISTRY, *RULES)))
 """What people could approve at most: a plan that lacks only an approval is checked for everything else with it."""
 
@@ -66,10 +61,13 @@ class PlanPreview:
         self._guided = guided
         self._approvals = approvals
         self._moving = moving(view)
-        self._elsewhere = RelocatedEgo(view)
         self._reached: dict[tuple[bool, tuple[Segment, ...], bool], _Reached] = {}
         self.checks = 0
         """Number of steps that the guard has checked."""
+
+    @cached_property
+    def _elsewhere(self) -> RelocatedEgo:
+        return RelocatedEgo(self._view)
 
     def assess(self, plan: RecoveryPlan) -> PlanAssessment:
         """Return the assessment of a whole plan."""
@@ -102,6 +100,8 @@ class PlanPreview:
 
         Traffic and sight distances at that time are not known now. They are checked when the step begins.
         """
+        if len(segments_of(plan.behaviors)) < 2:
+            return None
         found = self.assess(plan)
         known = tuple(item for item in found.shortfalls if item.code in STATIC and not (item.passing or item.approval))
         if not found.step or not known:
