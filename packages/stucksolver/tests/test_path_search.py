@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import gc
 import math
+import weakref
 
 import numpy as np
 import pytest
@@ -10,9 +12,9 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from alike import mirrored, turned
-from stucksolver.guard import GuardPolicy
+from stucksolver.guard import Guard, GuardPolicy, RejectCode
 from stucksolver.plan import object_gaps, path_lattice, path_search
-from stucksolver.plan.behaviors import BehaviorStart, NoPathError
+from stucksolver.plan.behaviors import BehaviorStart, BorrowOncomingLane, NoPathError
 from stucksolver.plan.frenet_path import STEP_M, FrenetPath
 from stucksolver.plan.path_search import Goal, search_path
 from stucksolver.scene import ObjectKind
@@ -238,3 +240,15 @@ def test_planner_constants_are_those_of_the_policy():
     assert policy.tracking.straightens_m == path_lattice.STRAIGHTENS_M
     assert policy.clearance.vulnerable_gap_m < path_search.LEAST_VULNERABLE_CLEARANCE_M
     assert math.isclose(path_lattice.LAYER_M % STEP_M, 0.0)
+
+
+def test_failed_search_does_not_keep_its_surroundings():
+    """A vehicle searches for years: the surroundings of a tick end with it, also after a search without a path."""
+    view = World(straight_road(), [thing("lead", 50.0 + 2.45 + 1.0 + 2.3)]).view()
+    plan = [BorrowOncomingLane(past_object_id="lead", speed_mps=5.5)]
+    verdict, _ = Guard().accept(plan, view, guided=False)
+    assert RejectCode.NO_PATH in verdict.codes
+    kept = weakref.ref(view)
+    del view
+    gc.collect()
+    assert kept() is None

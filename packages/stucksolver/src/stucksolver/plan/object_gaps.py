@@ -11,10 +11,12 @@ from stucksolver.scene.frenet import Array
 from stucksolver.scene.frenet_scene import FrenetScene
 from stucksolver.scene.objects import VEHICLES
 
-BESIDE_M, DRIFT_MPS, LAG_S = 0.05, 0.25, 0.3
-"""Sideways motion of a tracking fault until the vehicle has stopped: its beginning (m), its speed (m/s), and the time
-until the brakes act (s). `TrackingPolicy.beside_m`, `TrackingPolicy.drift_mps`, `StoppingPolicy.lag_s`.
-"""
+BESIDE_M = 0.05
+"""Beginning of the sideways motion of a tracking fault (m): `TrackingPolicy.beside_m`."""
+DRIFT_MPS = 0.25
+"""Speed of that motion until the vehicle has stopped (m/s): `TrackingPolicy.drift_mps`."""
+LAG_S = 0.3
+"""Time until the brakes act (s): `StoppingPolicy.lag_s`."""
 LEAST_GAP_M = 0.3
 """Least gap to a stationary object (m): `ClearancePolicy.standing_gap_m`."""
 NEARER_M = 0.05

@@ -6,9 +6,7 @@ radius. Its motion is then smoothed and checked exactly, as the body of `FrenetP
 
 from __future__ import annotations
 
-from collections.abc import Hashable
 from dataclasses import dataclass, replace
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -36,7 +34,7 @@ BEYOND_M = 0.05
 SPAN_M = 60.0
 """Greatest length of a search (m). Ours."""
 BACK_M = 8.0
-"""Greatest distance to back up that a failure proposes (m): `BackUp.distance_m`."""
+"""Greatest distance to back up that a failure proposes (m). Ours."""
 BACK_TRIES = 4
 """Distances to back up that are tried, `STEP_M` apart, from the first that the lattice finds on. Ours."""
 SMOOTHINGS = ((0.02, 1.0), (0.3, 1.0), (3.0, 1.0), (0.3, 0.4), (3.0, 0.4), (0.3, 0.0), (3.0, 0.0))
@@ -95,21 +93,17 @@ def search_path(
             must back up for a path.
     """
     names = tuple(lane.strip.id for lane in lanes)
-    key = (start, goal, names, desired_m, reverse)
-    known = _KNOWN.setdefault(view, {})
-    if key not in known:
+    key = ("search_path", start, goal, names, desired_m, reverse)
+    # Plans that differ only in speed share the results of one tick.
+    if key not in view.memo:
         try:
-            known[key] = _Search(view, start, goal, lanes, desired_m, reverse).path()
+            view.memo[key] = _Search(view, start, goal, lanes, desired_m, reverse).path()
         except NoPathError as error:
-            known[key] = error
-    found = known[key]
+            view.memo[key] = error
+    found: FrenetPath | NoPathError = view.memo[key]
     if isinstance(found, NoPathError):
-        raise found
+        raise found.with_traceback(None)
     return found
-
-
-_KNOWN: WeakKeyDictionary[FrenetScene, dict[Hashable, FrenetPath | NoPathError]] = WeakKeyDictionary()
-"""Results of one tick. Plans that differ only in speed share them."""
 
 
 class _Search:

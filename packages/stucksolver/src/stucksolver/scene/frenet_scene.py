@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Hashable
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -60,6 +62,8 @@ class FrenetScene:
         self.across: Array = self.half_length * n + self.half_width * c
         self.uncertainty_m: Array = SURE_SDS * (spread[:, 0] * n + spread[:, 1] * c)
         """(objects,): part of `across` that is due to the uncertainty of the position (m)."""
+        self.memo: dict[Hashable, Any] = {}
+        """Results that were computed from this tick, by key. They end with it, although they may refer to it."""
 
     @cached_property
     def backwards(self) -> FrenetScene:

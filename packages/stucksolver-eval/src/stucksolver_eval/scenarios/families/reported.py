@@ -35,8 +35,12 @@ from stucksolver_eval.sites.parameter_draws import Draw, IntegerDraw
 from stucksolver_eval.sites.reported_sites import AT_JUNCTION, FINDERS, ON_LANE, ONLY_IN
 from stucksolver_eval.sites.suite_placement import SuitePlacement
 
-ROUTE_M, END_M, SETTLE_S = 120.0, 10.0, 0.2
-"""Length of a vehicle's first path (m), distance after which a situation ends (m), and time to stand in a pose (s)."""
+ROUTE_M = 120.0
+"""Length of a vehicle's first path (m). Ours."""
+END_M = 10.0
+"""Distance after which a situation ends (m). Ours."""
+SETTLE_S = 0.2
+"""Time to stand in a pose (s). Ours."""
 
 
 class ReportedScenario(JunctionScenario):
