@@ -57,7 +57,7 @@ all-tests: compiled
 
 # Every test with every case, some 10,000 of them, among these the drives that are left to a release.
 whole: compiled
-	WHOLE_GRIDS=1 $(PYTEST) -n $(WORKERS)
+	WHOLE_GRIDS=1 RANDOM_EXAMPLES=1 $(PYTEST) -n $(WORKERS)
 
 slow: compiled
 	$(PYTEST) -n $(WORKERS) -m slow
@@ -67,7 +67,7 @@ unit: $(VENV)/.dev
 
 integration: compiled
 	$(PYTEST) -n $(WORKERS) -m "integration and not site"
-	GUARD_EXAMPLES=150 $(BIN)/python -m pytest -n 2 -q packages/stucksolver/tests/test_guard_proofs.py packages/stucksolver/tests/test_guard_oracle.py
+	RANDOM_EXAMPLES=1 GUARD_EXAMPLES=150 $(BIN)/python -m pytest -n 2 -q packages/stucksolver/tests/test_guard_proofs.py packages/stucksolver/tests/test_guard_oracle.py
 
 # A real llama.cpp server with a real, small model (34 and 93 MB); 135 M parameters, so its plans are poor.
 model-server: $(VENV)/.dev

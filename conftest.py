@@ -1,5 +1,6 @@
 """What holds for every test."""
 
+import os
 import shutil
 import signal
 import subprocess
@@ -8,9 +9,10 @@ import tarfile
 import pytest
 from hypothesis import settings
 
-# Machines are busy and noisy: how long an example takes says nothing about what is tested.
-settings.register_profile("unhurried", deadline=None)
-settings.load_profile("unhurried")
+# Machines are busy and noisy: how long an example takes says nothing about what is tested. A run draws the same examples
+# as the run before, so that it tells about the change and not about luck; `RANDOM_EXAMPLES=1` draws new ones.
+settings.register_profile("repeatable", deadline=None, derandomize=not os.environ.get("RANDOM_EXAMPLES"))
+settings.load_profile("repeatable")
 
 # A shell starts what it puts into the background with SIGINT ignored; every process that a test starts inherits that.
 signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -1,15 +1,11 @@
-"""No test measures time: a machine may be busy."""
+"""What holds for every test of the core."""
 
 import pytest
-from hypothesis import settings
 
 from alike import comparing
 from stucksolver.solver.state_machine.execution import Execution
 from stucksolver.solver.state_machine.execution_phases import TRANSITIONS
 from stucksolver.solver.state_machine.execution_steps import ExecutionOutcome
-
-settings.register_profile("untimed")
-settings.load_profile("untimed")
 
 
 @pytest.fixture
