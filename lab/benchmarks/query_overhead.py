@@ -15,7 +15,7 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from lab.benchmarks.solver_overhead import parked_car
 from stucksolver.ladder import Ladder, parse_ladder, profile_text
 from stucksolver.plan.behaviors import REGISTRY, describe
-from stucksolver.reasoners import Reasoner, RuleReasoner
+from stucksolver.reasoners import Reasoner, SearchReasoner
 from stucksolver.scene import Scene, Status, Surroundings
 from stucksolver.scene.frenet_scene import FrenetScene
 from stucksolver.scene.scene_builder import build_scene
@@ -38,7 +38,7 @@ repair_rounds = 0
 def run(smoke: bool) -> dict[str, float]:
     """Return `us_*` per step and `ms_late_*`: `open` with a pending query, `free` in free driving."""
     seconds = 0.5 if smoke else 5.0
-    free, free_late = _drive(RuleReasoner(), seconds, speed_mps=8.0)
+    free, free_late = _drive(SearchReasoner(), seconds, speed_mps=8.0)
     with _SlowServer(seconds * 4) as server:
         model = OpenAiChat("slow", server)
         asked = LanguageModelReasoner(

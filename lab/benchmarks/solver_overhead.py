@@ -1,4 +1,4 @@
-"""Time that the solver adds to a stack: per tick of free driving, and per call of the guard, the rules and the view.
+"""Time that the solver adds to a stack: per tick of free driving, and per call of the guard, the duties and the view.
 
 The metrics are medians of many batches, in microseconds of the thread's CPU time, which other work affects less.
 Metrics per tick are also given as a ratio to an empty loop that calls a trivial method, measured in the same run, so
@@ -15,8 +15,9 @@ from typing import NoReturn
 
 from stucksolver.guard import Guard
 from stucksolver.immobilization import Detector
+from stucksolver.plan import WaitLimits
 from stucksolver.plan.behaviors import REGISTRY, BackUp, BorrowOncomingLane, describe
-from stucksolver.reasoners import ReasonerRequest, RuleReasoner
+from stucksolver.reasoners.duties import decide_wait
 from stucksolver.scene import (
     EgoState,
     LaneDirection,
@@ -66,7 +67,7 @@ def _ticks(batches: int, calls: int) -> dict[str, float]:
 
 def _looks(batches: int, calls: int) -> dict[str, float]:
     """Return the times of calls that happen only while a plan is pending or running, with 30 actors around (us)."""
-    surroundings, guard, rules = parked_car(), Guard(), RuleReasoner()
+    surroundings, guard, limits = parked_car(), Guard(), WaitLimits()
     view = FrenetScene(surroundings)
     scene = build_scene(view, Status(time_s=0.0, speed_mps=0.0, progress_m=0.0), describe(tuple(REGISTRY)))
     plan = [BorrowOncomingLane(past_object_id="lead", speed_mps=5.0)]
@@ -84,7 +85,7 @@ def _looks(batches: int, calls: int) -> dict[str, float]:
         "us_recheck": median_us(batches, calls, lambda: guard.recheck(again, FrenetScene(surroundings))),
         "us_recheck_backwards": median_us(batches, calls, lambda: guard.recheck(back, FrenetScene(surroundings))),
         "us_recheck_crowd": median_us(batches, calls, lambda: guard.recheck(again, FrenetScene(crowd))),
-        "us_rules": median_us(batches, calls, lambda: rules.decide(ReasonerRequest(scene)).decision),
+        "us_duties": median_us(batches, calls, lambda: decide_wait(scene, limits)),
     }
 
 

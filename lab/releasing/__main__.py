@@ -27,9 +27,9 @@ CORE = """
 import sys
 import stucksolver
 from stucksolver import StuckSolver
-from stucksolver.reasoners import RuleReasoner
+from stucksolver.reasoners import SearchReasoner
 absent = {"carla", "carlette", "onnxruntime", "PIL", "scipy"} & set(sys.modules)
-assert RuleReasoner().name == "rules" and not absent, absent
+assert SearchReasoner().name == "search" and not absent, absent
 try:
     import carla
 except ImportError:

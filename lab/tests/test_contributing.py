@@ -162,7 +162,7 @@ def test_the_scenario_is_staged_and_the_motorcycle_is_passed(tmp_path):
     file.write_text(f"<routes>\n{one.replace('DoubleParkedVan', 'BrokenDownBike')}</routes>\n", encoding="utf-8")
     out = tmp_path / "out"
     program = "import sys; from stucksolver.commands import main; sys.exit(main())"
-    told = ["evaluate", "--suite", str(file), "--recovery", "rules", "--jobs", "1", "--out", str(out)]
+    told = ["evaluate", "--suite", str(file), "--recovery", "search", "--jobs", "1", "--out", str(out)]
     own_path = os.pathsep.join(filter(None, (str(tmp_path), os.environ.get("PYTHONPATH"))))
     done = subprocess.run(
         [sys.executable, "-c", program, *told],

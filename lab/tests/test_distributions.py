@@ -134,12 +134,12 @@ def test_the_core_alone_needs_no_simulator(unpacked):
     program = "\n".join(
         [
             "import stucksolver",
-            "from stucksolver.reasoners import RuleReasoner",
-            "print(RuleReasoner().name, 'carlette' in sys.modules)",
+            "from stucksolver.reasoners import SearchReasoner",
+            "print(SearchReasoner().name, 'carlette' in sys.modules)",
         ]
     )
     done = run_alone(unpacked["stucksolver"], program)
-    assert (done.returncode, done.stdout) == (0, "rules False\n"), done.stderr
+    assert (done.returncode, done.stdout) == (0, "search False\n"), done.stderr
 
 
 IMPORTED = {

@@ -30,6 +30,8 @@ from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
 
+from stucksolver.reasoners.playback import BOOK, PlanTable
+
 from lab.language.plan_search.beam_search import Candidate, Search, SearchedPlan, SearchSettings, kinds, varied
 from lab.language.plan_search.campaign_samples import write_lessons
 from lab.language.plan_search.counterfactual_run import DriveSpec, PlanTrial, drive_task, label_of, questions_of
@@ -42,7 +44,6 @@ from stucksolver.atomic_files import write_text
 from stucksolver.guard import Guard
 from stucksolver.ladder import find_ladder
 from stucksolver.plan import RecoveryPlan
-from stucksolver.reasoners.playback import BOOK, PlanTable
 from stucksolver.scene.base_model import FrozenModel
 from stucksolver_eval.results.outcome import RouteOutcome
 from stucksolver_eval.results.store import ResultStore

@@ -8,12 +8,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from stucksolver.reasoners.playback import BOOK, PlanTable
+
 from lab.language.plan_search.grade import Grade, grade
 from lab.language.plan_search.labels import Label, Source
 from lab.language.plan_search.standstill import Standstill, digest_of
 from stucksolver.atomic_files import write_text
 from stucksolver.plan import RecoveryPlan
-from stucksolver.reasoners.playback import BOOK, PlanTable
 from stucksolver.record import LoggedQuery, read_questions
 from stucksolver_eval.results.metric_info import read_metric_info
 from stucksolver_eval.results.outcome import RouteOutcome

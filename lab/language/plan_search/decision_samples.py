@@ -10,6 +10,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
+from stucksolver.reasoners.rules import RuleReasoner
 
 from lab.language.plan_search.ego_trajectory import EgoTrajectory, begin, drive, moved
 from lab.language.plan_search.quick_value import QuickValue
@@ -17,7 +18,6 @@ from stucksolver.atomic_files import write_bytes
 from stucksolver.guard import Guard
 from stucksolver.plan import Decision, RecoveryPlan
 from stucksolver.reasoners.reasoner import ReasonerRequest
-from stucksolver.reasoners.rules import RuleReasoner
 from stucksolver.record import LoggedQuery
 from stucksolver.scene import Scene, Surroundings
 from stucksolver.scene.base_model import FrozenModel

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from stucksolver.plan import Decision
 from stucksolver.reasoners.playback import scene_digest
+
+from stucksolver.plan import Decision
 from stucksolver.record import LoggedQuery
 from stucksolver.scene import Scene, Surroundings
 from stucksolver.scene.base_model import FrozenModel

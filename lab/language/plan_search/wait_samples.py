@@ -19,12 +19,13 @@ from dataclasses import dataclass, field
 from multiprocessing import get_context
 from pathlib import Path
 
+from stucksolver.reasoners.playback import PlanTable
+
 from lab.language.plan_search.counterfactual_run import DriveSpec, drive_task, questions_of
 from lab.language.plan_search.decision_samples import SUFFIX, moments_of, write_moments
 from stucksolver.atomic_files import write_text
 from stucksolver.guard import Guard
 from stucksolver.ladder import find_ladder
-from stucksolver.reasoners.playback import PlanTable
 from stucksolver.scene.base_model import FrozenModel
 from stucksolver_eval.results.outcome import RouteOutcome
 from stucksolver_eval.routes import Route

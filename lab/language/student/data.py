@@ -16,12 +16,12 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from stucksolver.reasoners.rules import RuleReasoner
 
 from lab.language.plan_search.decision_samples import DecisionSample, read_moments
 from lab.language.student.scenario_causes import CAUSE_OF
 from stucksolver.plan import CauseCode, RecoveryPlan
 from stucksolver.reasoners.reasoner import ReasonerRequest
-from stucksolver.reasoners.rules import RuleReasoner
 from stucksolver.scene import REQUESTS, DirectedSide, Guidance, Interpretation, Scene
 from stucksolver_language.llm.prompt import user_text
 from stucksolver_language.llm.prompt_parser import read_prompt

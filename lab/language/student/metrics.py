@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from stucksolver.reasoners.rules import RuleReasoner
 
 from lab.language.student.data import Example
 from stucksolver.plan import CauseCode, RecoveryPlan
 from stucksolver.reasoners.reasoner import ACCEPTED, Reasoner, ReasonerRequest
-from stucksolver.reasoners.rules import RuleReasoner
 from stucksolver_language.student.heads import CAUSES, TIMES_S, StudentOutput, ends_within
 from stucksolver_language.student.network import StudentNetwork
 from stucksolver_language.student.scene_codec import read_scene

@@ -47,7 +47,7 @@ class FaultCampaignSpec:
     suite: str = "dev"
     only: tuple[str, ...] = ()
     faults: tuple[str, ...] = (HEALTHY, *FAULTS)
-    recovery: str = "rules"
+    recovery: str = "search"
     driver: str = "behavior:normal"
     limit_s: float | None = 60.0
     """Simulated time after which a drive ends (s); None for no limit. Ours."""
@@ -177,7 +177,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument(
         "--faults", default="", metavar="NAME,NAME", help="only these faults (default: all, and `none`)"
     )
-    parser.add_argument("--recovery", default="rules")
+    parser.add_argument("--recovery", default="search")
     parser.add_argument("--limit-s", type=float, default=60.0, help="simulated seconds after which a drive ends")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--jobs", type=int, default=1, help="number of drives in parallel")

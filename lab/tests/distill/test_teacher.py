@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from stucksolver.reasoners.playback import BOOK, PlanTable, PlaybackReasoner, read_book, scene_digest
 
 from lab.language.plan_search.beam_search import kinds, varied
 from lab.language.plan_search.grade import Grade
@@ -10,7 +11,6 @@ from lab.language.plan_search.labels import Label, LabelFile, best
 from stucksolver.plan import RecoveryPlan
 from stucksolver.plan.behaviors import REGISTRY, Wait, describe
 from stucksolver.reasoners import ReasonerRequest, RuleReasoner
-from stucksolver.reasoners.playback import BOOK, PlanTable, PlaybackReasoner, read_book, scene_digest
 from stucksolver.reasoners.registry import ReasonerNameError
 from stucksolver.scene import Scene, SceneEgo
 from stucksolver_language.student.candidates import offered

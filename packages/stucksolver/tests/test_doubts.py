@@ -6,10 +6,10 @@ import base64
 from dataclasses import dataclass
 
 import pytest
+from stucksolver.reasoners.rules import RuleReasoner
 
 from stucksolver.plan import Intent, Observation, ObservedControl, Participant
 from stucksolver.reasoners import ReasonerAnswer
-from stucksolver.reasoners.rules import RuleReasoner
 from stucksolver.record import Recorder, replay
 from stucksolver.scene import CameraImage, ControlKind, LaneRelation, LightState, ObjectKind
 from stucksolver.solver import EventKind

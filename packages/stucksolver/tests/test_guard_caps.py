@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from stucksolver.reasoners.rules.pass_speed import pass_speed
+from stucksolver.reasoners.rules.pass_target import group_of
 
 from stucksolver.guard import Guard, GuardPolicy, RejectCode
 from stucksolver.plan.behaviors import BorrowOncomingLane, ChangeLane, KeepLane
-from stucksolver.reasoners.rules.pass_speed import pass_speed
-from stucksolver.reasoners.rules.pass_target import group_of
 from stucksolver.scene import LaneRelation, LineKind, ObjectKind
 from worlds import World, straight_road, thing
 

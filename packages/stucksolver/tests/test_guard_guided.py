@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from stucksolver.reasoners.rules.pass_options import speed_for
+from stucksolver.reasoners.rules.pass_target import group_of
 
 from stucksolver.guard import Guard, GuardPolicy, RejectCode
 from stucksolver.plan.behaviors import AbortAction, BorrowOncomingLane, ChangeLane, KeepLane
-from stucksolver.reasoners.rules.pass_options import speed_for
-from stucksolver.reasoners.rules.pass_target import group_of
 from stucksolver.scene import LaneDirection, LineKind, ObjectKind, RoadGeometry
 from worlds import LANE_M, World, said, straight_road, strip, thing
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from shapely import affinity
 from shapely.geometry import box
+from stucksolver.reasoners.rules.pass_target import group_of
 
 from stucksolver.guard import Guard
 from stucksolver.plan.behaviors import BorrowOncomingLane
-from stucksolver.reasoners.rules.pass_target import group_of
 from stucksolver.scene import ObjectKind, PlanFailure
 from worlds import World, straight_road, thing
 

@@ -9,10 +9,12 @@ from functools import cache
 
 import numpy as np
 
+from stucksolver.guard import Guard
 from stucksolver.interpreter import find_reader
 from stucksolver.ladder import Approval, Ladder, profile
-from stucksolver.plan import Directive, Execute, SafeStop
+from stucksolver.plan import Decision, Directive, Execute, SafeStop, WaitLimits, intent_authorizes
 from stucksolver.plan.behaviors import REGISTRY, describe
+from stucksolver.reasoners import ReasonerRequest, SearchReasoner
 from stucksolver.scene import (
     ControlKind,
     EgoState,
@@ -36,6 +38,7 @@ from stucksolver.scene.boxes import separation
 from stucksolver.scene.frenet_scene import FrenetScene
 from stucksolver.scene.scene_builder import build_scene
 from stucksolver.solver import Event, EventKind, StuckSolver
+from stucksolver.solver.state_machine.plan_preview import PlanPreview
 
 LANE_M = 3.5
 NAMES = tuple(REGISTRY)
@@ -258,6 +261,14 @@ class World:
         stood = 0.0 if moving else (o.stationary_s or 0.0) + self.dt
         update = {"x_m": o.x_m + o.vx_mps * self.dt, "y_m": o.y_m + o.vy_mps * self.dt, "stationary_s": stood}
         return o.model_copy(update=update)
+
+
+def searched(world: World, scene: Scene | None = None, limits: WaitLimits | None = None) -> Decision:
+    """What the search decides in a world; `scene` if it is not the world's as it stands."""
+    scene = scene or world.scene()
+    reading = None if scene.guidance is None else scene.guidance.reading
+    preview = PlanPreview(Guard(), world.view(), lambda plan: intent_authorizes(reading, plan))
+    return SearchReasoner(limits).decide(ReasonerRequest(scene, assess=preview.assess)).decision
 
 
 def ladder(

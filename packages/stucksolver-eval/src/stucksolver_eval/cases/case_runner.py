@@ -127,7 +127,7 @@ def run_cases(
     ladder = head + LADDER.format(deadline_s=deadline_s, tries=tries)
     parse_ladder(ladder, "cases")
     write_text(out / LADDER_FILE, ladder)
-    arm = SystemSpec(recovery="rules", reasoner=reasoner, clock=clock, ladder=out / LADDER_FILE, camera=pictures)
+    arm = SystemSpec(recovery="search", reasoner=reasoner, clock=clock, ladder=out / LADDER_FILE, camera=pictures)
     places = with_map(
         SimulatorTarget(map_name, maps, SEED), lambda world, town: [case.find(world, town) for case in cases]
     )

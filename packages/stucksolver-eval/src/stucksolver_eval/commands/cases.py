@@ -26,7 +26,7 @@ FIGURE, WORDINGS = "cases.png", "wordings.png"
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
-    parser.add_argument("--reasoner", default="rules", help=f"{HELP}")
+    parser.add_argument("--reasoner", default="search", help=f"{HELP}")
     add_send_key(parser)
     add_clock(parser)
     add_map(parser, "grid_town")

@@ -31,9 +31,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         default="behavior",
         help="behavior or planner, each with :cautious|normal|aggressive, or your own agent as MODULE:CLASS[@FILE]",
     )
-    parser.add_argument(
-        "--recovery", default="none", help="none, timers, search, rules, faulty:NAME or another reasoner"
-    )
+    parser.add_argument("--recovery", default="none", help="none, timers, search, faulty:NAME or another reasoner")
     parser.add_argument("--reasoner", default="", metavar="NAME", help="reasoner for the ladder's rung `model`")
     add_send_key(parser)
     parser.add_argument(

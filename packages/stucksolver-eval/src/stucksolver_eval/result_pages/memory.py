@@ -129,7 +129,7 @@ def _drives(folder: Path, routes: list[Route], memory: Path | None) -> list[Memo
 
 
 def _drive(folder: Path, route: Route, seed: int, memory: Path | None, words: str | None) -> MemoryRunResult:
-    arm = SystemSpec(recovery="rules", ladder=folder.parent / "ladder.toml", memory=memory)
+    arm = SystemSpec(recovery="search", ladder=folder.parent / "ladder.toml", memory=memory)
     lines = () if words is None else (ScriptLine(when=ScriptTrigger(asked="passenger"), say=(words,)),)
     store, job = (
         ResultStore(folder),

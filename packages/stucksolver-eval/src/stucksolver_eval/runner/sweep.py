@@ -51,5 +51,5 @@ def sweep_specs(spec: EvaluationSpec, sweep: Sweep) -> dict[str, EvaluationSpec]
 def run_sweep(spec: EvaluationSpec, sweep: Sweep) -> dict[str, Summary]:
     """Run all evaluations. Returns their metrics by label. Raises `SweepError` and the errors of `evaluate`."""
     if spec.arm.recovery in ("none", "timers"):
-        raise SweepError(f"no detector to sweep: --recovery {spec.arm.recovery}. Use rules or another reasoner")
+        raise SweepError(f"no detector to sweep: --recovery {spec.arm.recovery}. Use search or another reasoner")
     return {label: summarize(evaluate(item)) for label, item in sweep_specs(spec, sweep).items()}

@@ -160,7 +160,7 @@ def make_arm(
     ladder = find_ladder(spec.ladder or "evaluation")
     asked = _reasoner(spec.recovery, seed, exchanges)
     memory = None if spec.memory is None else Memory(spec.memory)
-    rules = TimedReasoner(asked if memory is None else memory.before(asked, ladder.waits.limits()))
+    first = TimedReasoner(asked if memory is None else memory.before(asked, ladder.waits.limits()))
     models = {name: TimedReasoner(_reasoner(name, seed)) for name in ladder.students()}
     if spec.reasoner:
         models["model"] = TimedReasoner(_reasoner(spec.reasoner, seed, exchanges))
@@ -173,7 +173,7 @@ def make_arm(
         return StuckSolver(
             stack.scene,
             ladder=ladder,
-            reasoner=rules,
+            reasoner=first,
             guard=None if spec.guarded else PermissiveGuard(),
             models=models,
             detector=DetectorSettings(**spec.detector),
@@ -182,7 +182,7 @@ def make_arm(
             record=recorder if spec.questions is None else QueryLog(spec.questions),
         )
 
-    return SolverSystem(stack, [rules, *models.values()], make, recorder, camera, memory)
+    return SolverSystem(stack, [first, *models.values()], make, recorder, camera, memory)
 
 
 def _camera(ego: Any) -> PictureSource:

@@ -7,6 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from stucksolver.reasoners.rules import RuleReasoner
+from stucksolver.reasoners.rules.analyze import LIGHT_AHEAD_M, blocker, loops, red_light_within
+from stucksolver.reasoners.rules.observe import goes_first
 
 from stucksolver.plan import CauseCode, Decision, Intent, RecoveryPlan, WaitReason
 from stucksolver.reasoners.reasoner import (
@@ -17,9 +20,6 @@ from stucksolver.reasoners.reasoner import (
     ReasonerRequest,
     ReasonerTrace,
 )
-from stucksolver.reasoners.rules import RuleReasoner
-from stucksolver.reasoners.rules.analyze import LIGHT_AHEAD_M, blocker, loops, red_light_within
-from stucksolver.reasoners.rules.observe import goes_first
 from stucksolver.scene import REQUESTS, GuidanceIntent, ObjectKind, Scene
 from stucksolver_language.student.candidates import candidates
 from stucksolver_language.student.chain_codec import (

@@ -10,7 +10,7 @@ from pathlib import Path
 from types import TracebackType
 
 from stucksolver.plan import WaitLimits
-from stucksolver.reasoners import Reasoner, RuleReasoner
+from stucksolver.reasoners import Reasoner, SearchReasoner
 from stucksolver.solver import Event
 from stucksolver_passenger.memory.features import SceneFeatures
 from stucksolver_passenger.memory.memory_reasoner import MemoryReasoner
@@ -50,11 +50,11 @@ class Memory:
         """Return a reasoner that first proposes a solution that worked, and otherwise queries `inner`.
 
         Args:
-            inner: The other reasoner; the rules if None.
+            inner: The other reasoner; the built-in search if None.
             limits: Limits of legitimate waits. Pass the ladder's (`ladder.waits.limits()`) if it is not the
                 default one.
         """
-        return MemoryReasoner(inner or RuleReasoner(limits), self._remembered, limits)
+        return MemoryReasoner(inner or SearchReasoner(limits), self._remembered, limits)
 
     def ear(self, vehicle: str, further: Listener | None = None) -> Listener:
         """Return the listener for a vehicle's solver (`on_event`).

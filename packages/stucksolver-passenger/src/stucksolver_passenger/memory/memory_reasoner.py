@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 from stucksolver.plan import Decision, RecoveryPlan, WaitLimits, WaitReason
-from stucksolver.reasoners import Reasoner, ReasonerAnswer, ReasonerRequest, ReasonerTrace, RuleReasoner
+from stucksolver.reasoners import Reasoner, ReasonerAnswer, ReasonerRequest, ReasonerTrace, SearchReasoner
 from stucksolver.reasoners.reasoner import Cancellable, SupportsPreflight
 from stucksolver.scene import Guidance, Interpretation, Scene
 from stucksolver_passenger.memory.features import LaneState, SceneFeatures, features_of
@@ -22,9 +23,9 @@ Episodes = Callable[[SceneFeatures], tuple[TriedSolution, ...]]
 class MemoryReasoner:
     """Wraps another reasoner on the same rung of the ladder.
 
-    It has no plan of its own. It takes the rules' plan for a stored solution in this scene, and proposes that. So the
-    numbers are those of this scene, and impossible solutions are not proposed. It answers only if the rules find the
-    vehicle immobilized without a reason to wait, and if the solution has not failed in this intervention.
+    It has no plan of its own. It searches a plan for a stored solution in this scene, and proposes that. So the numbers
+    are those of this scene, and impossible solutions are not proposed. It answers only if the vehicle is immobilized
+    without a reason to wait, and if the solution has not failed in this intervention.
 
     Its proposals count as proposals of the vehicle. The guard checks them without the permission that guidance would
     give, and the approvals that the ladder requires apply again.
@@ -33,7 +34,7 @@ class MemoryReasoner:
     def __init__(self, inner: Reasoner, episodes: Episodes, limits: WaitLimits | None = None) -> None:
         self._inner = inner
         self._episodes = episodes
-        self._rules = RuleReasoner(limits)
+        self._search = SearchReasoner(limits)
 
     @property
     def name(self) -> str:
@@ -46,7 +47,7 @@ class MemoryReasoner:
         Raises:
             ReasonerError: The other reasoner has no answer.
         """
-        proposed = self._proposed(request.scene)
+        proposed = self._proposed(request)
         return self._inner.decide(request) if proposed is None else proposed
 
     def cancel(self) -> None:
@@ -64,8 +65,9 @@ class MemoryReasoner:
 
     # ---- solutions that worked before
 
-    def _proposed(self, scene: Scene) -> ReasonerAnswer | None:
-        base = self._rules.decide(ReasonerRequest(scene)).decision
+    def _proposed(self, request: ReasonerRequest) -> ReasonerAnswer | None:
+        scene = request.scene
+        base = self._search.decide(request).decision
         features = features_of(scene)
         if not base.analysis.immobilized or _is_wait(base.analysis.wait, features):
             return None  # waiting is right, or there is nothing to do
@@ -75,14 +77,14 @@ class MemoryReasoner:
             if not item.trusted:
                 return None
             if base.plan is not None and solution_of(base.plan) == item.solution:
-                return None  # the rules find it without the memory
-            plan = self._plan_for(scene, item)
+                return None  # the search finds it without the memory
+            plan = self._plan_for(request, item)
             if plan is not None and not _was_tried(scene, plan):
                 return _answer(base, item, plan)
         return None
 
-    def _plan_for(self, scene: Scene, solution: RecalledSolution) -> RecoveryPlan | None:
-        """Return the rules' plan for a solution in this scene; None if the solution is impossible here."""
+    def _plan_for(self, request: ReasonerRequest, solution: RecalledSolution) -> RecoveryPlan | None:
+        """Return the plan for a solution in this scene; None if the solution is impossible here."""
         asked = Interpretation(
             intent=solution.solution.intent,
             side=solution.solution.side,
@@ -90,8 +92,9 @@ class MemoryReasoner:
             likely=solution.solution.intent,
             reader=NAME,
         )
-        guidance = Guidance(text="", time_s=scene.time_s, reading=asked)
-        plan = self._rules.decide(ReasonerRequest(scene.model_copy(update={"guidance": guidance}))).decision.plan
+        guidance = Guidance(text="", time_s=request.scene.time_s, reading=asked)
+        scene = request.scene.model_copy(update={"guidance": guidance})
+        plan = self._search.decide(replace(request, scene=scene)).decision.plan
         return plan if plan is not None and solution_of(plan) == solution.solution else None
 
 

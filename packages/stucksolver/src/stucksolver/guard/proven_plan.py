@@ -28,7 +28,9 @@ CHECKS: dict[Check, Callable[[CheckContext], list[RejectReason]]] = {
     Check.ROADSIDE: checks.roadside,
     Check.WITHIN_LANE: traffic_rules.within_lane,
     Check.CREEP_SPEED: traffic_rules.creep_speed,
-    Check.AUTHORITY: lambda case: traffic_rules.authority(case) + traffic_rules.off_rails(case),
+    Check.AUTHORITY: lambda case: (
+        traffic_rules.authority(case) + traffic_rules.off_rails(case) + traffic_rules.full_exit(case)
+    ),
     Check.OFF_ROUTE: traffic_rules.off_route,
     Check.STOPPING_PLACE: traffic_rules.stopping_place,
     Check.NO_WORSE_PLACE: traffic_rules.no_worse_place,

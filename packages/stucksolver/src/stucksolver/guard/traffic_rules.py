@@ -101,6 +101,33 @@ def off_rails(case: CheckContext) -> list[RejectReason]:
     return []
 
 
+def full_exit(case: CheckContext) -> list[RejectReason]:
+    """Check, at the start, that an ego that is handed over in a junction or on a crosswalk has room to leave it.
+
+    Only objects that are stationary count. A place in which the ego is at the start is left anyway. Who enters a
+    junction without room behind it blocks it (Vienna Convention on Road Traffic of 1968, article 18.2).
+    """
+    if case.running or case.path.stops:
+        return []
+    view, path, half = case.view, case.path, case.view.ego.length_m / 2
+    zone = view.zone_at(path.end_s, ZoneKind.JUNCTION, ZoneKind.CROSSWALK)
+    if zone is None or zone.start_m < path.s[0] + half:
+        return []
+    beside_m = view.ego.width_m / 2 + case.policy.harm.touch_m
+    ahead = (view.s > path.end_s) & ~view.moving & (np.abs(view.d - path.end_d) - view.across < beside_m)
+    if not ahead.any():
+        return []
+    rear_m = np.where(ahead, view.s - view.along, np.inf)
+    first, needed_m = int(rear_m.argmin()), view.ego.length_m + case.policy.lanes.overrun_m
+    room_m = float(rear_m[first]) - zone.end_m
+    if room_m >= needed_m:
+        return []
+    obj, name = view.objects[first], zone.kind.value.replace("_", " ")
+    detail = f"{obj.kind.value} {obj.id} behind the {name}: room {max(room_m, 0.0):.1f} m, required {needed_m:.1f} m"
+    margin_m = room_m - needed_m
+    return [RejectReason(code=RejectCode.STOPPING_PLACE, detail=detail, object_id=obj.id, margin=margin_m, unit="m")]
+
+
 def _moves_over(case: CheckContext, i: int) -> bool:
     """True if object `i` is passed in a lane in the ego's direction that it leaves free over its whole width.
 

@@ -71,8 +71,8 @@ def lateral_shift(
         for path, gap in nearest:
             if _is_clear(view, standing, gap, smaller):
                 return _slowed(view, path, float(path.heading()[0]))
-    short = _too_near(view, standing, nearest[-1][1])
-    return _searched(view, start, d_to, speed_mps, lanes or lanes_between(view, start, d_to), short)
+    nearest_object = _too_near(view, standing, nearest[-1][1])
+    return _searched(view, start, d_to, speed_mps, lanes or lanes_between(view, start, d_to), nearest_object)
 
 
 def lanes_between(view: FrenetScene, start: BehaviorStart, d_to: float) -> tuple[Lane, ...]:
@@ -92,18 +92,24 @@ def _slowed(view: FrenetScene, path: FrenetPath, yaw_rad: float) -> FrenetPath:
 
 
 def _searched(
-    view: FrenetScene, start: BehaviorStart, d_to: float, speed_mps: float, lanes: tuple[Lane, ...], short: str
+    view: FrenetScene,
+    start: BehaviorStart,
+    d_to: float,
+    speed_mps: float,
+    lanes: tuple[Lane, ...],
+    too_near: tuple[str, str],
 ) -> FrenetPath:
-    """Return a searched path to `d_to`; see `lateral_shift`. `short` says what the tightest shift lacks."""
+    """Return a searched path to `d_to`; see `lateral_shift`. `too_near`: what the tightest shift comes too near to."""
     try:
         path = search_path(view, start, Goal(d_to, start.s_m + SPAN_M), lanes)
     except NoPathError as error:
+        object_id, short = too_near
         way_there, side = start.s_m - view.ego_s, abs(d_to - start.d_m)
         failure, text = PlanFailure.NO_SPACE_TO_PULL_AROUND, f"no room to pull out by {side:.1f} m: {short}"
         if way_there > LATER_M:
             failure = PlanFailure.NO_ROOM_TO_COME_BACK
             text = f"no room to return by {side:.1f} m, {way_there:.0f} m ahead: {short}"
-        raise error.said_as(failure, text) from None
+        raise error.said_as(failure, text, object_id) from None
     return _slowed(view, path.within(speed_mps), start.yaw_rad)
 
 
@@ -151,9 +157,9 @@ def _clearances(view: FrenetScene, which: Array, step: int) -> Array:
     return np.where(view.vulnerable[which], VULNERABLE_CORNER_CLEARANCES_M[step], CORNER_CLEARANCES_M[step])
 
 
-def _too_near(view: FrenetScene, which: Array, nearest_m: Array) -> str:
-    """Return the object that lacks the most clearance on the tightest shift, with its gap and the required one."""
+def _too_near(view: FrenetScene, which: Array, nearest_m: Array) -> tuple[str, str]:
+    """Return the id of the object that lacks the most clearance on the tightest shift, and its gaps in words."""
     required_m = _clearances(view, which, len(CORNER_CLEARANCES_M) - 1)
     k = int(np.argmax(required_m - nearest_m))
     obj = view.objects[int(which[k])]
-    return f"{obj.kind.value} {obj.id}: gap {max(nearest_m[k], 0.0):.2f} m, required {required_m[k]:.2f} m"
+    return obj.id, f"{obj.kind.value} {obj.id}: gap {max(nearest_m[k], 0.0):.2f} m, required {required_m[k]:.2f} m"

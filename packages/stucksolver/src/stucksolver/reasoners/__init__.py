@@ -10,7 +10,7 @@ from stucksolver.reasoners.reasoner import (
     ReasonerTrace,
     parse_trace,
 )
-from stucksolver.reasoners.rules import RuleReasoner
+from stucksolver.reasoners.search import SearchReasoner
 
 __all__ = [
     "PARSERS",
@@ -20,6 +20,6 @@ __all__ = [
     "ReasonerError",
     "ReasonerRequest",
     "ReasonerTrace",
-    "RuleReasoner",
+    "SearchReasoner",
     "parse_trace",
 ]

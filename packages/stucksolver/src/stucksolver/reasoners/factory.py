@@ -5,12 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 from stucksolver.privacy.url_redaction import logins_in, redacted
-from stucksolver.reasoners import custom, playback, rules, search
+from stucksolver.reasoners import custom, search
 from stucksolver.reasoners.fallback import FallbackReasoner
 from stucksolver.reasoners.reasoner import Reasoner, ReasonerError, SupportsPreflight
 from stucksolver.reasoners.registry import KINDS, ReasonerNameError, help_text, kind_of, load_plugins
 
-CORE = (rules, search, custom, playback)
+CORE = (search, custom)
 """Modules of the core, which register their kinds when they are imported. Plug-ins register theirs by entry point."""
 # After the core, so that a plug-in cannot replace a built-in kind.
 load_plugins()
@@ -19,7 +19,7 @@ HELP = help_text()
 
 
 def make_reasoner(words: str, exchanges: Path | None = None) -> Reasoner:
-    """Create a reasoner from its name, such as `rules` or `openai:MODEL`.
+    """Create a reasoner from its name, such as `search` or `openai:MODEL`.
 
     Args:
         words: Name; several names, separated by commas, are queried in order.

@@ -23,7 +23,7 @@ from stucksolver.plan.behaviors import (
 )
 from stucksolver.plan.behaviors.behavior import Behavior
 from stucksolver.reasoners.reasoner import Reasoner, ReasonerAnswer, ReasonerError, ReasonerRequest, ReasonerTrace
-from stucksolver.reasoners.rules import RuleReasoner
+from stucksolver.reasoners.search import SearchReasoner
 from stucksolver.scene import Scene, SceneObject
 
 SILENT_S = 3600.0
@@ -43,8 +43,8 @@ class FaultyReasoner:
         self.name = f"faulty:{name}"
         self.random = random.Random(seed)
         self.calls = 0
-        self.scenes: deque[Scene] = deque(maxlen=LATE_CALLS + 1)
-        """Last scenes, oldest first."""
+        self.requests: deque[ReasonerRequest] = deque(maxlen=LATE_CALLS + 1)
+        """Last requests, oldest first."""
         self._choose = choose
         self._delay_s = delay_s
         self._cancelled = 0
@@ -53,7 +53,7 @@ class FaultyReasoner:
         """Return a wrong, late or missing answer, depending on the kind of fault."""
         scene = request.scene
         self.calls += 1
-        self.scenes.append(scene)
+        self.requests.append(request)
         if self._cancelled and self._delay_s:
             raise ReasonerError("still silent")
         call, until = self.calls, time.monotonic() + self._delay_s
@@ -147,8 +147,8 @@ def _never(faulty: FaultyReasoner, scene: Scene) -> tuple[Behavior, ...]:
 
 def _late(faulty: FaultyReasoner, scene: Scene) -> tuple[Behavior, ...]:
     """Return a good answer to a much older query, regardless of the clock."""
-    plan = RuleReasoner().decide(ReasonerRequest(faulty.scenes[0])).decision.plan
-    if len(faulty.scenes) <= LATE_CALLS or plan is None:
+    plan = SearchReasoner().decide(faulty.requests[0]).decision.plan
+    if len(faulty.requests) <= LATE_CALLS or plan is None:
         raise ReasonerError("still thinking")
     return plan.behaviors
 

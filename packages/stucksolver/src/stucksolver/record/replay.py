@@ -12,7 +12,9 @@ from typing import Any
 from stucksolver.guard import Guard, Verdict
 from stucksolver.ladder import Ladder
 from stucksolver.plan import apply_limits_to_decision
-from stucksolver.reasoners import ReasonerAnswer, ReasonerError, ReasonerRequest, RuleReasoner, parse_trace
+from stucksolver.reasoners import ReasonerAnswer, ReasonerError, parse_trace
+from stucksolver.reasoners.duties import NAME as DUTIES
+from stucksolver.reasoners.duties import decide_wait
 from stucksolver.record.hash_chain import RecordError, read_chain
 from stucksolver.record.record_file import DETECTOR, FORMAT, WORDING, image_of, policy_of
 from stucksolver.record.serialization import (
@@ -134,7 +136,7 @@ class _Again:
         names, observe_only = data["reasoners"], data["observe_only"]
         self.report.versions = data["versions"]
         self.report.texts_compared = data.get("wording") == WORDING
-        self._rules = RuleReasoner(ladder.waits.limits())
+        self._limits = ladder.waits.limits()
         guard = Guard(policy_of(data["policy"], self._path))
         detector = DETECTOR.validate_python(data["detector"])
         vehicle_id = data.get("vehicle_id", "")
@@ -223,16 +225,12 @@ class _Again:
             return
         self.report.decisions += 1
         scene = step.before.scene
-        if scene is None or (answer.reasoner != self._rules.name and answer.trace is None):
+        if scene is None or (answer.reasoner != DUTIES and answer.trace is None):
             self.report.underivable += 1
             return
         recorded = answer.decision
         try:
-            derived = (
-                parse_trace(answer.trace, scene)
-                if answer.trace
-                else self._rules.decide(ReasonerRequest(scene)).decision
-            )
+            derived = parse_trace(answer.trace, scene) if answer.trace else decide_wait(scene, self._limits)
         except ReasonerError as error:
             self._differs(number, "decision", recorded.rationale, f"no answer: {error}")
             return

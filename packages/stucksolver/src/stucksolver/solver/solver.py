@@ -78,7 +78,7 @@ class StuckSolver:
     Args:
         scene: Builds the scene for a reasoner from the surroundings that the guard reads; may return None.
         ladder: Escalation policy: the name of a profile, a file, or a `Ladder`.
-        reasoner: Replacement of the built-in rules: a reasoner, or its name, such as `distilled`.
+        reasoner: Replacement of the built-in search: a reasoner, or its name, such as `openai:MODEL`.
         models: Reasoners for the other rungs of the ladder, by the names that the ladder uses.
         reader: Interpreter of the passenger's utterances. Default: the network that ships with the package, if its
             packages are installed.

@@ -307,8 +307,8 @@ class NoPathError(Exception):
         """
         return None if self._find_back_up is None else self._find_back_up()
 
-    def said_as(self, failure: PlanFailure, text: str) -> NoPathError:
-        """Return the same error with another code and text."""
+    def said_as(self, failure: PlanFailure, text: str, object_id: str | None = None) -> NoPathError:
+        """Return the same error with another code and text, and with another object if one is given."""
         return NoPathError(
-            failure, text, object_id=self.object_id, short_m=self.short_m, find_back_up=self._find_back_up
+            failure, text, object_id=object_id or self.object_id, short_m=self.short_m, find_back_up=self._find_back_up
         )

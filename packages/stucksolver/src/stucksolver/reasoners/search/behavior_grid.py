@@ -15,8 +15,7 @@ from pydantic import ValidationError
 
 from stucksolver.plan.behaviors import REGISTRY, Behavior, ExecutorKind, parse_behavior
 from stucksolver.scene import GuidanceIntent, Scene, SceneObject
-from stucksolver.scene.scene import TOUCHING_M
-from stucksolver.scene.scene_builder import PATH_MARGIN_M
+from stucksolver.scene.own_path import is_beside_path, is_in_own_path, own_path_ahead
 
 SPEEDS_MPS = (5.5, 2.2)
 """Speeds to try (m/s): just under the 20 km/h of a recovery, and walking pace."""
@@ -30,8 +29,6 @@ WITHIN_M = 45.0
 """Objects further ahead are not passed by the first plan (m). Ours."""
 ASIDE_M = 2.0
 """Objects beside the route up to this lateral distance from the ego's path matter (m). Ours."""
-IN_LANE_M = 1.0
-"""Lateral offset up to which the ego counts as in the route's lane (m)."""
 ABOVE = 0.05
 """Distance from an exclusive bound, in the unit of the parameter. Ours."""
 MOST_OBJECTS = 4
@@ -47,30 +44,9 @@ def past_m(scene: Scene, obj: SceneObject) -> float:
 
 def objects_ahead(scene: Scene) -> tuple[SceneObject, ...]:
     """Return the objects in or near the ego's path ahead: those in it first, then the nearest."""
-    near = [o for o in scene.objects if -scene.ego.length_m < (o.gap_m or 0.0) and _is_beside_path(scene, o, ASIDE_M)]
+    near = [o for o in scene.objects if -scene.ego.length_m < (o.gap_m or 0.0) and is_beside_path(scene, o, ASIDE_M)]
     within = [o for o in near if o.gap_m is not None and o.gap_m < WITHIN_M]
     return tuple(sorted(within, key=lambda o: (not is_in_own_path(scene, o), o.gap_m or 0.0)))[:MOST_OBJECTS]
-
-
-def is_in_own_path(scene: Scene, obj: SceneObject) -> bool:
-    """True if the ego would hit an object when it drives on at its present lateral offset."""
-    return obj.in_path if abs(scene.ego.lateral_offset_m) < IN_LANE_M else _is_beside_path(scene, obj, PATH_MARGIN_M)
-
-
-def own_path_ahead(scene: Scene) -> tuple[SceneObject, ...]:
-    """Return the objects ahead that the ego would hit at its present lateral offset, nearest first."""
-    found = [o for o in scene.objects if o.gap_m is not None and o.gap_m > TOUCHING_M and is_in_own_path(scene, o)]
-    return tuple(sorted(found, key=lambda o: o.gap_m or 0.0))
-
-
-def nearest_ahead(scene: Scene, within_m: float) -> SceneObject | None:
-    """Return the nearest object in the ego's own path with a gap below `within_m` (m), or None."""
-    return next((o for o in own_path_ahead(scene) if (o.gap_m or 0.0) < within_m), None)
-
-
-def _is_beside_path(scene: Scene, obj: SceneObject, within_m: float) -> bool:
-    half, here = scene.ego.width_m / 2 + within_m, scene.ego.lateral_offset_m
-    return obj.right_edge_m - here < half and obj.left_edge_m - here > -half
 
 
 def leads_on(kind: type[Behavior]) -> bool:

@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 from stucksolver.plan import RecoveryPlan
 from stucksolver.plan.assessment import PlanAssessment, PlanAssessor
 from stucksolver.plan.behaviors import Behavior, parse_behavior
-from stucksolver.reasoners.rules.analyze import NEAR_M
-from stucksolver.reasoners.search.behavior_grid import IN_LANE_M, behaviors_on_grid, clipped, nearest_ahead
+from stucksolver.reasoners.duties.analysis import NEAR_M
+from stucksolver.reasoners.search.behavior_grid import behaviors_on_grid, clipped
 from stucksolver.reasoners.search.plan_value import (
     FAILED_COST_M,
     has_failed,
@@ -22,8 +22,9 @@ from stucksolver.reasoners.search.plan_value import (
     shortfall_m,
     value_m,
 )
-from stucksolver.reasoners.search.preparations import Steps, half_way, preparations
+from stucksolver.reasoners.search.preparations import Steps, half_way, moves_for_shorter_gap, preparations
 from stucksolver.scene import AttemptOutcome, RejectCode, Scene
+from stucksolver.scene.own_path import IN_LANE_M, nearest_ahead
 
 MOST_CHECKS = 240
 """Number of plans that one search assesses. A plan takes one or a few milliseconds. Ours."""
@@ -34,9 +35,15 @@ GOOD_ENOUGH_M = 6.0
 FAILED_S = 30.0
 """Time for which a failed plan is put off (s)."""
 FACTORS = (0.5, 0.75, 1.25, 1.5)
-"""Factors on a parameter of a plan that is nearly accepted. Ours."""
+"""Factors on a parameter of a plan that is nearly accepted; the grid has the highest speed already. Ours."""
 MOST_HALVES = 3
 """Number of aborted plans with preparations, after which the same behavior is not prepared again. Ours."""
+STREAM = frozenset({RejectCode.LANE_ENTRY, RejectCode.ONCOMING_GAP, RejectCode.COLLISION, RejectCode.GAP})
+"""Codes of plans to which traffic left no gap."""
+STREAM_TRIES, STREAM_S = 2, 60.0
+"""Traffic is a stream once it has left a plan no gap this often within this time (s). Only then is a move made that
+needs a shorter gap, because a gap may come. Ours.
+"""
 LAST_RANK = 100
 """Rank of behaviors that solve nothing by themselves."""
 LONGEST = 6
@@ -134,10 +141,7 @@ class PlanSearch:
 
     def _prepared(self) -> Iterator[Steps]:
         """Yield the plans that are nearly accepted, each after moves that may give room or sight."""
-        queues = [
-            iter([(*moves, *c.plan.behaviors) for moves in preparations(self.scene, c.assessment)])
-            for c in self._nearly()
-        ]
+        queues = [iter([(*moves, *c.plan.behaviors) for moves in self._preparations(c)]) for c in self._nearly()]
         # In turns, so that the budget is not used up on one of them.
         while queues:
             for queue in list(queues):
@@ -147,9 +151,15 @@ class PlanSearch:
                 else:
                     yield steps
 
+    def _preparations(self, candidate: Candidate) -> Iterator[Steps]:
+        if self._waits_in_vain(candidate):
+            return moves_for_shorter_gap(self.scene)
+        return preparations(self.scene, candidate.assessment)
+
     def _nearly(self) -> list[Candidate]:
         """Return the refused plans that are nearest to being accepted, of every sequence of behaviors the best two."""
-        refused = [c for c in self._known.values() if not c.possible and self._could_help(c)]
+        lacking = [c for c in self._known.values() if not c.possible or self._waits_in_vain(c)]
+        refused = [c for c in lacking if self._could_help(c)]
         kept: dict[tuple[str, ...], list[Candidate]] = {}
         for candidate in sorted(refused, key=lambda c: shortfall_m(c.assessment)):
             group = kept.setdefault(tuple(b.name for b in candidate.plan.behaviors), [])
@@ -168,6 +178,13 @@ class PlanSearch:
         stays_behind = all(b.stays_behind_blocker or _only_prepares(b) for b in steps)
         behind = stays_behind and nearest_ahead(self.scene, NEAR_M) is not None
         return not behind and not is_hopeless(candidate.assessment)
+
+    def _waits_in_vain(self, candidate: Candidate) -> bool:
+        """True if a plan waits for traffic that has left no gap to such plans."""
+        last = candidate.plan.behaviors[-1].name
+        tries = [a for a in self.scene.attempts if a.behaviors[-1:] == (last,) and not STREAM.isdisjoint(a.codes)]
+        recent = [a for a in tries if self.scene.time_s - a.time_s < STREAM_S]
+        return candidate.assessment.waits_for_traffic and len(recent) >= STREAM_TRIES
 
     def _worthwhile(self) -> list[Candidate]:
         lead = nearest_ahead(self.scene, math.inf)
@@ -223,7 +240,7 @@ def _variants(behavior: Behavior) -> Iterator[Behavior]:
     for name, item in schema.items():
         if item.get("type") != "number":
             continue
-        for factor in FACTORS:
+        for factor in FACTORS if name != "speed_mps" else FACTORS[:2]:
             changed = clipped(data[name] * factor, item)
             if changed != data[name]:
                 yield parse_behavior({**data, name: changed})

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from stucksolver.plan import RecoveryPlan
 from stucksolver.plan.assessment import PlanAssessment, Shortfall
-from stucksolver.reasoners.rules.analyze import NEAR_M
-from stucksolver.reasoners.search.behavior_grid import IN_LANE_M
+from stucksolver.reasoners.duties.analysis import NEAR_M
 from stucksolver.scene import PlanFailure, RejectCode, Scene
+from stucksolver.scene.own_path import IN_LANE_M
 
 HORIZON_S = 40.0
 """Time for which progress counts (s). A pass takes about 15 s. Ours."""
@@ -16,7 +16,7 @@ MOST_PROGRESS_M = 60.0
 """Greatest progress that counts (m). Ours."""
 WORTH_M = 10.0
 """A plan is worth driving if it leads this much further than the free road ahead of the ego now (m). Ours."""
-PROVEN_M, PROVEN_WEIGHT = 20.0, 1.5
+PROVEN_M, PROVEN_WEIGHT = 15.0, 1.5
 """Progress under the guard's proof counts more than the road after it, up to this distance (m). What has stopped the
 ego may stop it again there: a recovery is 15 m of progress. Ours.
 """
@@ -24,12 +24,14 @@ SECOND_COST_M = 0.5
 """Cost of a second (m): a quicker plan is in the way of others for less time. Ours."""
 BACK_COST = 0.5
 """Cost of a meter in reverse (m). Ours."""
-ONCOMING_COST = 0.1
-"""Cost of a meter in an oncoming lane (m). Ours."""
+ONCOMING_COST = 0.2
+"""Cost of a meter in an oncoming lane (m). Ours: a flat bag is rather driven over than passed there."""
 OFF_LANE_COST = 3.0
 """Cost of a meter beside the route's lane at the end (m). Ours."""
 STEP_COST_M = 1.0
 """Cost of each behavior: a simple plan is easier to follow for everyone (m). Ours."""
+SHIFT_COST_M = 2.0
+"""Cost of each behavior that leaves the line of the lane: without need, it looks odd to others (m). Ours."""
 TRAFFIC_COST_M = 12.0
 """Cost of waiting for traffic (m). Ours: it takes longer than a small detour."""
 APPROVAL_COST_M = 15.0
@@ -58,6 +60,7 @@ def value_m(plan: RecoveryPlan, assessment: PlanAssessment) -> float:
     off_m = max(abs(assessment.offset_m) - IN_LANE_M, 0.0)
     cost = BACK_COST * assessment.back_m + ONCOMING_COST * assessment.oncoming_m + OFF_LANE_COST * off_m
     cost += STEP_COST_M * len(plan.behaviors) + SECOND_COST_M * assessment.duration_s
+    cost += SHIFT_COST_M * sum(behavior.shifts_laterally for behavior in plan.behaviors)
     if any(item.passing for item in assessment.shortfalls):
         cost += TRAFFIC_COST_M
     if any(item.approval for item in assessment.shortfalls):

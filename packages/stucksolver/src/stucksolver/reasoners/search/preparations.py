@@ -7,8 +7,9 @@ from collections.abc import Iterator
 
 from stucksolver.plan.assessment import PlanAssessment
 from stucksolver.plan.behaviors import REGISTRY, Behavior
-from stucksolver.reasoners.search.behavior_grid import on_grid, own_path_ahead
+from stucksolver.reasoners.search.behavior_grid import on_grid
 from stucksolver.scene import AttemptOutcome, Scene
+from stucksolver.scene.own_path import own_path_ahead
 
 Steps = tuple[Behavior, ...]
 
@@ -45,6 +46,14 @@ def preparations(scene: Scene, assessment: PlanAssessment) -> Iterator[Steps]:
     yield from ((item,) for item in singles)
     yield from ((back, nose) for back in backs for nose in noses)
     yield from ((back, move) for back in backs for move in aside)
+
+
+def moves_for_shorter_gap(scene: Scene) -> Iterator[Steps]:
+    """Yield moves to put before a plan that waits for traffic, after which a shorter gap is enough."""
+    noses = _of(scene, "nose", speed_mps=(SLOW_MPS,))
+    backs = _of(scene, "reverse", distance_m=BACK_M, speed_mps=(SLOW_MPS,))
+    yield from ((nose,) for nose in noses)
+    yield from ((back, nose) for back in backs for nose in noses)
 
 
 def _of(scene: Scene, role: str, **fixed: tuple[float, ...]) -> list[Behavior]:

@@ -15,27 +15,29 @@ from stucksolver.plan import (
     plan_matches_intent,
 )
 from stucksolver.plan.assessment import PlanAssessor
+from stucksolver.reasoners.duties import decide_wait
+from stucksolver.reasoners.duties.analysis import NEAR_M
+from stucksolver.reasoners.duties.assistance import call_for_help
+from stucksolver.reasoners.duties.duty_to_wait import duty_to_wait
+from stucksolver.reasoners.duties.observation import is_staying
+from stucksolver.reasoners.duties.proposal import Proposal
+from stucksolver.reasoners.duties.pushed_object import assume_stopped
+from stucksolver.reasoners.duties.requests import REQUESTS_FOR_EGO, plan_for_request
+from stucksolver.reasoners.duties.standoffs import assert_to_crossing, assert_to_merging, back_off
 from stucksolver.reasoners.reasoner import ReasonerAnswer, ReasonerRequest, ReasonerTrace
-from stucksolver.reasoners.rules.analyze import NEAR_M, analyse
-from stucksolver.reasoners.rules.deadlocks import assert_to_crossing, assert_to_merging, back_off
-from stucksolver.reasoners.rules.decide import FOR_US, LEAD_RANGE_M, call_for_help, decide
-from stucksolver.reasoners.rules.no_blocker import plan_for_request
-from stucksolver.reasoners.rules.observe import observe
-from stucksolver.reasoners.rules.pass_target import is_staying
-from stucksolver.reasoners.rules.pushed_object import assume_stopped
-from stucksolver.reasoners.search.behavior_grid import nearest_ahead
 from stucksolver.reasoners.search.binding_constraint import binding_constraint, in_words
-from stucksolver.reasoners.search.duties import duty_to_wait
 from stucksolver.reasoners.search.plan_search import Candidate, PlanSearch, SearchResult
 from stucksolver.reasoners.search.reroute import new_route, reroute
-from stucksolver.scene import MOTOR_VEHICLES, RejectCode, Scene, SceneObject
+from stucksolver.scene import MOTOR_VEHICLES, REQUESTS, RejectCode, Scene, SceneObject
+from stucksolver.scene.own_path import nearest_ahead
+
+LEAD_RANGE_M = 45.0
+"""A passenger may ask to overtake a vehicle up to this distance ahead (m). Ours."""
+UNKNOWN_SURROUNDINGS = "the surroundings are unknown: no plan can be checked"
 
 
 class SearchReasoner:
-    """Observes and analyses as the rules do, and searches the plan through the guard.
-
-    Without surroundings to check plans in, it answers as the rules do.
-    """
+    """Observes and analyses, waits where that is a duty, and searches a plan through the guard otherwise."""
 
     name = "search"
 
@@ -43,58 +45,57 @@ class SearchReasoner:
         self._limits = limits or WaitLimits()
 
     def decide(self, request: ReasonerRequest) -> ReasonerAnswer:
-        """Return the decision that follows from the scene and the guard's assessments. Deterministic."""
+        """Return the decision that follows from the scene and the guard's assessments. Deterministic.
+
+        In unknown surroundings no plan can be checked, and none is proposed.
+        """
         decision = assume_stopped(request.scene, lambda scene: self._decide(scene, request.assess))
         trace = ReasonerTrace(answers=(decision.model_dump_json(),))
         return ReasonerAnswer(decision, self.name, trace)
 
     def _decide(self, scene: Scene, assess: PlanAssessor | None) -> Decision:
-        observation = observe(scene, self._limits)
-        analysis = analyse(scene, observation, self._limits)
-        if assess is None or not _is_to_act(analysis):
-            return decide(scene, observation, analysis, self._limits)
-        plan, wait, why, analysis = self._searched(scene, assess, analysis)
+        waiting = decide_wait(scene, self._limits)
+        if not _is_to_act(waiting.analysis):
+            return waiting
+        found, analysis = self._searched(scene, assess, waiting.analysis)
+        plan = found.plan
         if plan is None and analysis.immobilized:
-            plan = call_for_help(scene, wait, why, self._limits)
-        if plan is not None:
-            return Decision(observation=observation, analysis=analysis, plan=plan, rationale=why)
-        waiting = analysis.model_copy(update={"wait": wait, "reason": why})
-        return Decision(observation=observation, analysis=waiting, plan=None, rationale=f"wait: {why}")
+            plan = call_for_help(scene, found.wait, found.why, self._limits)
+        if plan is None:
+            analysis = analysis.model_copy(update={"wait": found.wait, "reason": found.why})
+        why = f"wait: {found.why}" if plan is None else found.why
+        return waiting.model_copy(update={"analysis": analysis, "plan": plan, "rationale": why})
 
-    def _searched(
-        self, scene: Scene, assess: PlanAssessor, analysis: Analysis
-    ) -> tuple[RecoveryPlan | None, WaitReason | None, str, Analysis]:
-        """Return the plan or the reason to wait, in words, and the analysis with the cause that was found."""
+    def _searched(self, scene: Scene, assess: PlanAssessor | None, analysis: Analysis) -> tuple[Proposal, Analysis]:
+        """Return the plan or the reason to wait, and the analysis with the cause that was found."""
         asked = analysis.guidance_intent
-        if asked in FOR_US:
-            plan, (wait, why) = plan_for_request(scene, asked)
-            return plan, wait, why, analysis
+        if asked in REQUESTS_FOR_EGO:
+            return plan_for_request(scene, asked), analysis
         duty = duty_to_wait(scene, analysis, self._limits)
         if duty is not None:
-            return None, duty[0], duty[1], analysis
+            return duty, analysis
         if analysis.cause is CauseCode.LOOP:
-            found = new_route(scene, "the vehicle is driving in circles")
-            return (None, None, "a new route has led nowhere", analysis) if found is None else (*found, analysis)
+            circles = new_route(scene, "the vehicle is driving in circles")
+            return circles or Proposal(None, "a new route has led nowhere"), analysis
         lead = nearest_ahead(scene, NEAR_M)
         shown = None if lead is None else assert_to_crossing(scene, lead) or assert_to_merging(scene, lead)
         if shown is not None:
-            return shown[0], shown[1][0], shown[1][1], analysis
+            return shown, analysis
+        if assess is None:
+            return Proposal(None, UNKNOWN_SURROUNDINGS, WaitReason.NO_SAFE_WAY), analysis
         overtaken = nearest_ahead(scene, LEAD_RANGE_M) if asked is GuidanceIntent.OVERTAKE else None
+        if asked is GuidanceIntent.OVERTAKE and overtaken is None:
+            return Proposal(None, "there is nothing ahead to overtake"), analysis
         passes = None if overtaken is None else overtaken.id
         result = PlanSearch(scene, assess, _filter(scene, asked), passes).run()
-        if result.best is not None and not self._holds(scene, result.best):
-            return result.best.plan, None, _says(result.best), _explained(analysis, scene, result)
         analysis = _explained(analysis, scene, result)
+        if result.best is not None and not self._holds(scene, result.best):
+            return Proposal(result.best.plan, _says(result.best)), analysis
         if scene.guidance is not None and result.nearly is not None:
             # The guard refuses what the passenger asks for, and its reason is told back.
-            return result.nearly.plan, None, analysis.reason, analysis
-        room = None if lead is None else back_off(scene, lead)
-        if room is not None:
-            return room[0], room[1][0], room[1][1], analysis
-        found = reroute(scene, analysis.reason)
-        if found is not None:
-            return (*found, analysis)
-        return None, self._reason_to_wait(scene, result, lead), analysis.reason, analysis
+            return Proposal(result.nearly.plan, analysis.reason), analysis
+        other = (None if lead is None else back_off(scene, lead)) or reroute(scene, analysis.reason)
+        return other or Proposal(None, analysis.reason, self._reason_to_wait(scene, result, lead)), analysis
 
     def _holds(self, scene: Scene, best: Candidate) -> bool:
         """True if the best plan would pass a scene on own authority, such as a school bus: it is waited for first."""
@@ -106,6 +107,8 @@ class SearchReasoner:
         if result.best is not None:
             return WaitReason.YIELD
         constraint = None if result.nearly is None else result.nearly.assessment.shortfalls[0]
+        if constraint is not None and constraint.code is RejectCode.RED_LIGHT:
+            return WaitReason.LIGHT
         found = next((o for o in scene.objects if constraint is not None and o.id == constraint.object_id), None)
         leaves = found is not None and found.kind in MOTOR_VEHICLES and found != lead and not is_staying(found)
         return WaitReason.YIELD if leaves else WaitReason.NO_SAFE_WAY
@@ -115,7 +118,7 @@ def _is_to_act(analysis: Analysis) -> bool:
     """True if something should be done: the ego is immobilized, or a passenger asks for something."""
     if analysis.wait is not None:
         return False
-    return analysis.immobilized if analysis.guidance_intent is None else True
+    return analysis.immobilized if analysis.guidance_intent is None else analysis.guidance_intent in REQUESTS
 
 
 def _filter(scene: Scene, asked: GuidanceIntent | None) -> Callable[[RecoveryPlan], bool]:

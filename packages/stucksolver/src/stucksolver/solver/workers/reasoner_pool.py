@@ -8,7 +8,9 @@ from dataclasses import replace
 from stucksolver.ladder import WaitPolicy
 from stucksolver.plan import Decision, WaitReason, apply_limits_to_decision
 from stucksolver.plan.assessment import PlanAssessor
-from stucksolver.reasoners import Reasoner, ReasonerAnswer, ReasonerRequest, ReasonerTrace, RuleReasoner
+from stucksolver.reasoners import Reasoner, ReasonerAnswer, ReasonerRequest, ReasonerTrace, SearchReasoner
+from stucksolver.reasoners.duties import NAME as DUTIES
+from stucksolver.reasoners.duties import decide_wait
 from stucksolver.reasoners.reasoner import MalformedAnswerError, PlanCheck
 from stucksolver.scene import Scene
 from stucksolver.scene.bounded_values import MalformedError, read_again
@@ -27,7 +29,6 @@ class ReasonerPool:
         # The names are read once, because a property may raise later.
         self.names = {rung: str(reasoner.name) for rung, reasoner in self.reasoners.items()}
         self._waits = waits
-        self._rules = RuleReasoner(waits.limits())
 
     def consult(
         self,
@@ -45,7 +46,7 @@ class ReasonerPool:
         Args:
             name: Name of the reasoner in the ladder.
             scene: Scene as sent to the reasoner.
-            screen: True if the rules answer instead when the vehicle has a legitimate wait.
+            screen: True if no reasoner is queried when the vehicle has a legitimate wait.
             outlived: Reasons to wait that have exceeded their limit.
             check: Check of a plan by the guard before the reasoner answers.
             limit_s: Wall time for the answer (s).
@@ -56,11 +57,11 @@ class ReasonerPool:
             MalformedAnswerError: Its answer is unusable.
         """
         reasoner, request = self.reasoners[name], ReasonerRequest(scene, check, limit_s, assess)
-        if screen and scene.guidance is None and not isinstance(reasoner, RuleReasoner):
-            wait = self._rules.decide(request)
-            analysis = wait.decision.analysis
+        if screen and scene.guidance is None and not isinstance(reasoner, SearchReasoner):
+            wait = decide_wait(scene, self._waits.limits())
+            analysis = wait.analysis
             if self._waits.is_wait(analysis.wait) and not analysis.immobilized and analysis.wait not in outlived:
-                return wait
+                return ReasonerAnswer(wait, DUTIES)
         answer = sound_answer(reasoner.decide(request), self.names[name])
         return replace(answer, decision=apply_limits_to_decision(answer.decision, scene))
 

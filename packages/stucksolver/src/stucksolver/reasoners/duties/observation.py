@@ -11,6 +11,7 @@ from stucksolver.scene import (
     MOTOR_VEHICLES,
     STATIC_KINDS,
     VEHICLES,
+    VULNERABLE,
     CandidateWaypoint,
     Claim,
     ControlKind,
@@ -124,6 +125,11 @@ def is_static_like(o: SceneObject) -> bool:
     """
     unmoved = o.moved_s_ago is None and (o.stationary_s or 0.0) >= LIKE_A_THING_S
     return o.kind is ObjectKind.ANIMAL and bool(o.position_sd_m) and unmoved
+
+
+def is_staying(o: SceneObject) -> bool:
+    """True if it will still be there however long the ego waits: a thing, or a broken-down vehicle."""
+    return bool(o.hazard_lights) or o.kind not in MOTOR_VEHICLES | VULNERABLE or is_static_like(o)
 
 
 def beside_lane_center(o: SceneObject) -> bool:

@@ -1,15 +1,18 @@
-"""What holds of the rules for every scene, however strange, and whatever a passenger says."""
+"""What holds for every scene, however strange, and whatever a passenger says."""
 
 from __future__ import annotations
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 from instances import model, of
+from stucksolver.guard import Guard
 from stucksolver.plan import Decision, GuidanceIntent, WaitReason
+from stucksolver.plan.assessment import MOST_FREE_M, PlanAssessment
 from stucksolver.plan.behaviors import KeepLane
-from stucksolver.reasoners import ReasonerRequest, RuleReasoner
+from stucksolver.reasoners import ReasonerRequest, SearchReasoner
+from stucksolver.reasoners.duties.analysis import NEAR_M
 from stucksolver.scene import (
     REQUESTS,
     Claim,
@@ -24,7 +27,8 @@ from stucksolver.scene import (
     SceneObject,
 )
 from stucksolver.scene.interpretation import STAYS
-from worlds import READER, World, red_light, said, straight_road, thing
+from stucksolver.scene.own_path import nearest_ahead
+from worlds import READER, World, red_light, said, searched, straight_road, thing
 
 TWO_WAY = straight_road()
 STAYING = {"request_assistance", "back_up", "replan", "wait"}
@@ -37,7 +41,13 @@ def decide(world, words=None):
     scene = world.scene()
     ego = scene.ego.model_copy(update={"stopped_for_s": 30.0})
     guidance = None if words is None else said(words)
-    return RuleReasoner().decide(ReasonerRequest(scene.model_copy(update={"ego": ego, "guidance": guidance}))).decision
+    return searched(world, scene.model_copy(update={"ego": ego, "guidance": guidance}))
+
+
+def permitted(scene):
+    """The decision if the guard accepted every plan, and found a free road behind it: only duties hold the ego."""
+    every = PlanAssessment(duration_s=5.0, way_m=30.0, progress_m=30.0, free_m=MOST_FREE_M)
+    return SearchReasoner().decide(ReasonerRequest(scene, assess=lambda plan: every)).decision
 
 
 def cyclists():
@@ -49,11 +59,12 @@ def cyclists():
 
 
 @pytest.mark.parametrize("words", ["overtake them", "Please pass the cyclists!", "can you go around?"])
-def test_asked_to_overtake_it_passes_both_cyclists_at_once(words):
-    plan = decide(cyclists(), words).plan
-    assert plan is not None
-    assert [b.past_object_id for b in plan.behaviors] == ["far"]
-    assert plan.behaviors[0].speed_mps > 5.0
+def test_asked_to_overtake_cyclists_passes_or_says_why_not(words):
+    decision = decide(cyclists(), words)
+    assert decision.plan is not None
+    assert decision.plan.behaviors[-1].past_object_id in ("near", "far")
+    if not Guard().accept(list(decision.plan.behaviors), cyclists().view(), True)[0].accepted:
+        assert "bicycle" in decision.rationale
 
 
 def test_without_words_the_cyclists_are_followed():
@@ -93,8 +104,9 @@ def test_what_asks_for_nothing_moves_nothing(words):
 
 
 def test_words_that_nobody_has_read_are_not_understood():
-    scene = cyclists().scene().model_copy(update={"guidance": Guidance(text="overtake them", time_s=0.0)})
-    decision = RuleReasoner().decide(ReasonerRequest(scene)).decision
+    world = cyclists()
+    scene = world.scene().model_copy(update={"guidance": Guidance(text="overtake them", time_s=0.0)})
+    decision = searched(world, scene)
     assert decision.plan is None
     assert decision.analysis.guidance_intent is GuidanceIntent.UNCLEAR
 
@@ -115,9 +127,10 @@ def test_nothing_to_overtake_means_no_plan():
 def test_no_words_lead_past_a_red_light(words, state, distance):
     world = World(TWO_WAY, [thing("lead", 60.0)], controls=(red_light(distance, state),))
     decision = decide(world, words)
-    assert decision.plan is None
+    # A plan that the guard refuses is proposed all the same, so that the passenger hears why.
+    assert decision.plan is None or not Guard().accept(list(decision.plan.behaviors), world.view(), True)[0].accepted
     requested = decision.analysis.guidance_intent in REQUESTS
-    assert not requested or decision.analysis.wait is WaitReason.LIGHT
+    assert not requested or decision.plan is not None or decision.analysis.wait is WaitReason.LIGHT
 
 
 @pytest.mark.parametrize("words", ["overtake", "just go", HOSTILE])
@@ -169,7 +182,7 @@ PLAUSIBLE = model(
 @given(scene=PLAUSIBLE | model(Scene))
 def test_every_scene_gets_valid_decision_with_offered_behaviors(scene):
     """Every scene gets a valid decision that uses only offered behaviors."""
-    decision = RuleReasoner().decide(ReasonerRequest(scene)).decision
+    decision = permitted(scene)
     assert Decision.model_validate_json(decision.model_dump_json()) == decision
     if decision.plan is not None:
         assert {b.name for b in decision.plan.behaviors} <= {b.name for b in scene.behaviors}
@@ -181,9 +194,7 @@ def test_every_scene_gets_valid_decision_with_offered_behaviors(scene):
 @given(scene=PLAUSIBLE)
 def test_the_same_scene_gets_the_same_decision(scene):
     again = Scene.model_validate_json(scene.model_dump_json())
-    assert (
-        RuleReasoner().decide(ReasonerRequest(scene)).decision == RuleReasoner().decide(ReasonerRequest(again)).decision
-    )
+    assert permitted(scene) == permitted(again)
 
 
 @pytest.mark.integration
@@ -192,7 +203,8 @@ def test_the_same_scene_gets_the_same_decision(scene):
 def test_no_scene_and_no_words_lead_past_a_red_light(scene, distance, words):
     guidance = None if words is None else said(words)
     held = scene.model_copy(update={"controls": (red_light(distance),), "guidance": guidance})
-    plan = RuleReasoner().decide(ReasonerRequest(held)).decision.plan
+    assume(nearest_ahead(held, NEAR_M) is None)  # past what stands before the line, the guard keeps it from the line
+    plan = permitted(held).plan
     # To creep past a light that is said to be broken is a question to the operator: the guard refuses it without a yes.
     asks = plan is not None and Claim.BROKEN_LIGHT in held.claims and plan.behaviors == (ACROSS,)
     assert plan is None or asks or {b.name for b in plan.behaviors} <= STAYING

@@ -1,4 +1,4 @@
-"""What the rules make of a scene, without a passenger."""
+"""When waiting is right, what the cause is, and what the search makes of a blocked lane, without a passenger."""
 
 from __future__ import annotations
 
@@ -10,9 +10,8 @@ import pytest
 from stucksolver.guard import Guard, RejectCode
 from stucksolver.plan import CauseCode, Intent, WaitLimits, WaitReason
 from stucksolver.plan.behaviors import BorrowOncomingLane, ChangeLane
-from stucksolver.reasoners import ReasonerRequest, RuleReasoner
 from stucksolver.scene import CandidateWaypoint, ControlKind, LightState, LineKind, ObjectKind, TrafficControl
-from worlds import LANE_M, World, red_light, said, straight_road, thing
+from worlds import LANE_M, World, red_light, said, searched, straight_road, thing
 
 TWO_WAY = straight_road()
 MULTI = straight_road(left=LineKind.BROKEN, oncoming=None)
@@ -21,7 +20,7 @@ MULTI = straight_road(left=LineKind.BROKEN, oncoming=None)
 def decide(world, *, stopped_s=30.0, limits=None, **ego):
     scene = world.scene()
     ego = scene.ego.model_copy(update={"stopped_for_s": stopped_s, **ego})
-    return RuleReasoner(limits).decide(ReasonerRequest(scene.model_copy(update={"ego": ego}))).decision
+    return searched(world, scene.model_copy(update={"ego": ego}), limits)
 
 
 def blocked(**lead):
@@ -61,7 +60,7 @@ def test_a_red_light_for_others_is_no_reason_to_wait():
 
 @pytest.mark.parametrize("stopped_s", [10.0, 179.0, 181.0, 3600.0])
 def test_red_light_is_not_passed_but_requests_assistance(stopped_s):
-    """The rules pass no red light, however long it lasts, but request assistance."""
+    """No red light is passed, however long it lasts, but assistance is requested."""
     world = World(TWO_WAY, [thing("lead", 60.0, hazard=True)], controls=(red_light(18.0),))
     plan = decide(world, stopped_s=stopped_s).plan
     assert (plan is None) == (stopped_s < 180.0)
@@ -175,10 +174,11 @@ def test_moving_without_getting_on_is_a_loop():
 
 def test_red_light_ego_in_loop_has_not_waited():
     """An ego that drives in circles before a red light has not waited at it."""
-    scene = World(TWO_WAY).scene()
+    world = World(TWO_WAY)
+    scene = world.scene()
     ego = scene.ego.model_copy(update={"speed_mps": 2.0, "progress_20s_m": 2.0, "stopped_for_s": 3.0})
     held = scene.model_copy(update={"ego": ego, "controls": (red_light(0.0),)})
-    decision = RuleReasoner().decide(ReasonerRequest(held)).decision
+    decision = searched(world, held)
     assert decision.analysis.cause is CauseCode.LOOP and decision.plan is None
 
 
@@ -197,9 +197,7 @@ def turns_right(*others, lead=()):
         CandidateWaypoint(id=str(k), lane_id=lane, x_m=x, y_m=y, distance_m=s) for k, (x, y, s) in enumerate(route)
     )
     ego = scene.ego.model_copy(update={"stopped_for_s": 30.0})
-    return (
-        RuleReasoner().decide(ReasonerRequest(scene.model_copy(update={"waypoints": waypoints, "ego": ego}))).decision
-    )
+    return searched(world, scene.model_copy(update={"waypoints": waypoints, "ego": ego}))
 
 
 @pytest.mark.parametrize(("y", "speed"), [(60.0, -14.0), (20.0, -6.0), (-60.0, 14.0)])
@@ -238,7 +236,7 @@ def test_nobody_creeps_towards_who_drives_across_whatever_a_passenger_says(speed
     scene = world.scene()
     words = said("Just go, they will brake.")
     ego = scene.ego.model_copy(update={"stopped_for_s": 30.0})
-    decision = RuleReasoner().decide(ReasonerRequest(scene.model_copy(update={"ego": ego, "guidance": words}))).decision
+    decision = searched(world, scene.model_copy(update={"ego": ego, "guidance": words}))
     assert (decision.plan is not None) is plans, decision.rationale
 
 
@@ -263,7 +261,10 @@ def test_the_cause_is_named(lead, cause):
 def test_an_oncoming_car_is_let_pass_first():
     world = blocked()
     world.objects.append(thing("oncoming", 110.0, LANE_M, speed=-10.0))
-    assert wait_of(decide(world)) is WaitReason.YIELD
+    decision = decide(world)
+    assert "as soon as this is over: car oncoming" in decision.rationale
+    verdict, _ = Guard().accept(behaviors_of(decision), world.view(), False)
+    assert "oncoming" in {r.object_id for r in verdict.rejects}
     world.objects[1] = thing("oncoming", 44.0, LANE_M, speed=-10.0)
     assert behaviors_of(decide(world))[0].name == "borrow_oncoming_lane"
 
@@ -283,11 +284,6 @@ def test_adjacent_lane_stopped_vehicle_blocks_and_moving_does_not():
     assert behaviors_of(decide(drives))[0].name == "change_lane"
     verdict, _ = Guard().accept(behaviors_of(decide(drives)), drives.view(), False)
     assert RejectCode.LANE_ENTRY in {r.code for r in verdict.rejects}
-
-
-def test_what_stands_close_together_is_passed_in_one_go():
-    row = World(TWO_WAY, [thing("first", 62.0), thing("second", 70.0), thing("far", 110.0)])
-    assert behaviors_of(decide(row))[0].past_object_id == "second"
 
 
 def test_without_a_lane_to_go_round_in_it_says_so():

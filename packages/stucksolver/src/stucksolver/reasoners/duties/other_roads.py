@@ -1,4 +1,4 @@
-"""Turns round to leave a road that is closed, or blocked for good."""
+"""Other roads to the destination: where they begin ahead, and the turn to one behind."""
 
 from __future__ import annotations
 
@@ -6,38 +6,38 @@ import math
 
 from stucksolver.plan import RecoveryPlan
 from stucksolver.plan.behaviors import AnyBehavior, BackUp, TurnAround
-from stucksolver.reasoners.rules.detour import is_closed
-from stucksolver.reasoners.rules.pass_options import Way
-from stucksolver.reasoners.rules.pass_target import is_staying
-from stucksolver.reasoners.rules.recent_attempts import failed_for, has_been_tried
-from stucksolver.reasoners.rules.small_maneuvers import REAR_MARGIN_M, may_back_up
+from stucksolver.reasoners.duties.proposal import Proposal
+from stucksolver.reasoners.duties.recent_attempts import failed_for, has_been_tried
+from stucksolver.reasoners.duties.standoffs import may_back_up
 from stucksolver.scene import CandidateWaypoint, PlanFailure, Scene, SceneObject
 
-CLOSED_S, BLOCKED_S = 8.0, 60.0
-"""How long the vehicle is stopped before it turns round: at a closed road, and if no way past was found (s)."""
 ROOM_M = 7.0
 """How far the first leg of a turn reaches along the road (m): a circle of 6 m, and a little more."""
 BACK_MPS = 1.5
+"""Speed of backing up before a turn (m/s)."""
 STANDS_MPS = 0.2
+"""The ego is stopped if it is not faster (m/s)."""
 LEAST_BACK_M, MOST_BACK_M = 1.0, 8.0
 """The shortest and the longest distance to back up (m)."""
+REAR_MARGIN_M = 2.5
+"""Distance kept behind (m). The guard checks for traffic."""
 
 
-def out_of_closed_road(scene: Scene, lead: SceneObject) -> Way | None:
-    """Return a plan to turn round where the road is closed from kerb to kerb; None if that is not possible."""
-    if scene.guidance is not None or scene.ego.stopped_for_s < CLOSED_S or not is_closed(scene, lead):
-        return None
-    return turning_round(scene, lead, f"the road is closed from kerb to kerb by {lead.kind.value} {lead.id}")
+ABREAST_M = 1.0
+"""How far behind the ego's center another road may begin for the ego to turn into it still (m)."""
 
 
-def out_of_blocked_road(scene: Scene, lead: SceneObject) -> Way | None:
-    """Return a plan to turn round if something that will not move has long left no way past."""
-    if scene.guidance is not None or scene.ego.stopped_for_s < BLOCKED_S or not is_staying(lead):
-        return None
-    return turning_round(scene, lead, f"there is no way past {lead.kind.value} {lead.id}")
+def detour_starts(scene: Scene) -> list[CandidateWaypoint]:
+    """Return the candidate waypoints ahead or abreast, on other roads, from which the destination can be reached."""
+    known = {lane.id for lane in scene.lanes}
+    return [
+        w
+        for w in scene.waypoints
+        if w.reaches_destination and w.route_length_m and w.lane_id not in known and w.x_m >= -ABREAST_M
+    ]
 
 
-def turning_round(scene: Scene, lead: SceneObject | None, why: str) -> Way | None:
+def turning_round(scene: Scene, lead: SceneObject | None, why: str) -> Proposal | None:
     """Return a turn, after backing up if the lead is too near, and a new route from the lane in the other direction."""
     start = min(_behind(scene), key=lambda w: w.route_length_m or math.inf, default=None)
     failed = has_been_tried(scene, "turn_round") and failed_for(scene, PlanFailure.NO_ROOM_TO_TURN)
@@ -52,7 +52,7 @@ def turning_round(scene: Scene, lead: SceneObject | None, why: str) -> Way | Non
             return None
         moves = (BackUp(distance_m=float(way_m), speed_mps=BACK_MPS), *moves)
     plan = RecoveryPlan(behaviors=moves, replan_route=True, route_start=start.id)
-    return plan, (None, f"{why}: turn round and take another road")
+    return Proposal(plan, f"{why}: turn around and take another road")
 
 
 def _behind(scene: Scene) -> list[CandidateWaypoint]:

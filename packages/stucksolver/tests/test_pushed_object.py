@@ -1,12 +1,11 @@
-"""The rules stop pushing before anything else, and then do what they would do at a standstill."""
+"""An ego that pushes something stops before anything else, and then does what it would do at a standstill."""
 
 from __future__ import annotations
 
 from stucksolver.immobilization import Detector, Trigger
-from stucksolver.reasoners import ReasonerRequest, RuleReasoner
 from stucksolver.scene import Status
-from test_rules import behaviors_of
-from worlds import World, red_light, straight_road, thing
+from test_duties import behaviors_of
+from worlds import World, red_light, searched, straight_road, thing
 
 TWO_WAY = straight_road()
 
@@ -15,24 +14,19 @@ def pushing(*, stood_s=30.0, speed=4.0, controls=(), offers=None):
     """Bumper to bumper with a car that stood for so long until it was pushed."""
     car = thing("car", 50.0 + 2.45 + 2.3, speed=speed, stationary_s=stood_s, pushed=True)
     world = World(TWO_WAY, [car], controls=controls, speed=speed, **({} if offers is None else {"offers": offers}))
-    return RuleReasoner().decide(ReasonerRequest(world.scene())).decision
+    return searched(world)
 
 
 def names(decision):
     return [behavior.name for behavior in behaviors_of(decision)]
 
 
-def test_it_stops_backs_up_and_goes_round_the_car():
+def test_pushing_ego_stops_first():
+    """What follows is decided after the stop: the guard cannot check it in surroundings that move."""
     decision = pushing()
-    assert names(decision) == ["wait", "back_up", "borrow_oncoming_lane"]
+    assert names(decision) == ["wait"]
     assert decision.analysis.immobilized
     assert "pushed along" in decision.rationale
-
-
-def test_a_car_that_has_just_stopped_is_waited_for_longer():
-    brief, long = pushing(stood_s=30.0), pushing(stood_s=1.0)
-    assert names(long) == names(brief)
-    assert behaviors_of(long)[0].duration_s > behaviors_of(brief)[0].duration_s
 
 
 def test_at_a_red_light_it_stops_and_does_nothing_more():
@@ -40,14 +34,15 @@ def test_at_a_red_light_it_stops_and_does_nothing_more():
 
 
 def test_pushing_at_rest_is_decided_like_parked_car():
-    """At rest, the rules decide as behind a parked car, and wait for one that has just stopped."""
+    """At rest, the search decides as behind a parked car, and waits for one that has just stopped."""
     assert names(pushing(speed=0.0)) == ["back_up", "borrow_oncoming_lane"]
     assert pushing(speed=0.0, stood_s=1.0).plan is None
 
 
 def test_pushing_without_offered_wait_plans_no_wait():
     """A stack that offers no wait gets none."""
-    assert "wait" not in names(pushing(offers=("back_up", "borrow_oncoming_lane")))
+    plan = pushing(offers=("back_up", "borrow_oncoming_lane")).plan
+    assert plan is None or "wait" not in [b.name for b in plan.behaviors]
 
 
 def status(time_s, speed_mps, pushes):

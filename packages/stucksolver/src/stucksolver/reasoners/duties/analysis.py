@@ -15,7 +15,7 @@ from stucksolver.plan import (
     WaitLimits,
     WaitReason,
 )
-from stucksolver.reasoners.rules.observe import beside_lane_center, drives, goes_first, intent, no_gap_to_join
+from stucksolver.reasoners.duties.observation import beside_lane_center, drives, goes_first, intent, no_gap_to_join
 from stucksolver.scene import (
     MOTOR_VEHICLES,
     REQUESTS,
