@@ -5,12 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 from stucksolver.privacy.url_redaction import logins_in, redacted
-from stucksolver.reasoners import custom, playback, rules, search
+from stucksolver.reasoners import custom, rules, search
 from stucksolver.reasoners.fallback import FallbackReasoner
 from stucksolver.reasoners.reasoner import Reasoner, ReasonerError, SupportsPreflight
 from stucksolver.reasoners.registry import KINDS, ReasonerNameError, help_text, kind_of, load_plugins
 
-CORE = (rules, search, custom, playback)
+CORE = (rules, search, custom)
 """Modules of the core, which register their kinds when they are imported. Plug-ins register theirs by entry point."""
 # After the core, so that a plug-in cannot replace a built-in kind.
 load_plugins()
