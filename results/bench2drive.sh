@@ -1,10 +1,10 @@
 #!/bin/sh
 # Runs Bench2Drive's unmodified evaluator with the entry of stucksolver_bridge. Resumes after an interruption.
 #
-#   results/bench2drive.sh alone|timers|rules|guided|model|model-guided|blind|sensors-alone|sensors-rules SEED OUT
+#   results/bench2drive.sh alone|timers|rules|guided|blind|sensors-alone|sensors-rules SEED OUT
 #
-# `model` asks the distilled model after the rules. `guided` copies the routes on which nobody says anything from `rules`,
-# if that has been driven, and `model-guided` from `model`. `sensors-*` drive with our own planner.
+# `guided` copies the routes on which nobody says anything from `rules`, if that has been driven. `sensors-*` drive with
+# our own planner.
 #
 # Each route is a separate run, so that a route that hangs affects no other. Environment:
 #
@@ -35,10 +35,6 @@ blind) config='"recovery": "none", "obstacles": false' ;;
 timers) config='"recovery": "timers"' ;;
 rules) config='"recovery": "rules"' ;;
 guided) config="\"recovery\": \"rules\", \"guidance\": \"$here/bench2drive-guidance.json\"" ;;
-model) config='"recovery": "rules", "reasoner": "distilled"' ;;
-model-guided)
-    config="\"recovery\": \"rules\", \"reasoner\": \"distilled\", \"guidance\": \"$here/bench2drive-guidance.json\""
-    ;;
 sensors-alone) config='"recovery": "none"' ;;
 sensors-rules) config='"recovery": "rules"' ;;
 *)
@@ -56,11 +52,8 @@ sensors-*)
 *) config="$config, \"sensors\": false" ;;
 esac
 # If nobody speaks, guidance changes nothing: the run without it is used for both.
-case $arm in
-guided) silent=rules ;;
-model-guided) silent=model ;;
-*) silent= ;;
-esac
+silent=
+if [ "$arm" = guided ]; then silent=rules; fi
 echo "{$config, \"python\": \"$SOLVER\", \"events\": \"$out/events\", \"record\": \"$out/record\"}" >"$out/config"
 
 code=$BENCH2DRIVE/leaderboard:$BENCH2DRIVE/scenario_runner

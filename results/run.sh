@@ -1,7 +1,7 @@
 #!/bin/sh
 # Runs the drives that results/*.md report. Resumes after an interruption.
 #
-#   results/run.sh bench220|dev|immobilized|immobilized-now|guided|sweep|wrong|wrong220|wrong-student|sensors|heedless|latency OUT
+#   results/run.sh bench220|dev|immobilized|immobilized-now|guided|sweep|wrong|wrong220|sensors|heedless|latency OUT
 #
 # `stucksolver` must be on the path; OUT gets one folder for each arm. `guided` and `latency` need the Python of the
 # project's environment on the path.
@@ -25,12 +25,6 @@ four_arms() {
     arm guided --recovery rules --guidance shipped --reuse "$out/rules" "$@"
 }
 
-model_arms() {
-    arm distilled --recovery distilled "$@"
-    arm model --recovery rules --reasoner distilled --reuse "$out/rules" "$@"
-    arm model-guided --recovery rules --reasoner distilled --guidance shipped --reuse "$out/model" "$@"
-}
-
 planner_arms() {
     arm planner-alone --driver planner --recovery none "$@"
     arm planner-timers --driver planner --recovery timers "$@"
@@ -50,7 +44,6 @@ wrong() {
 case $part in
 bench220 | immobilized-now)
     four_arms --suite "${part%-now}"
-    model_arms --suite "${part%-now}"
     planner_arms --suite "${part%-now}"
     ;;
 dev | immobilized)
@@ -71,14 +64,6 @@ wrong)
     for suite in dev immobilized; do
         arm "$suite-alone" --suite "$suite" --recovery none
         for who in random always_left always_drive_over silent late; do wrong "$suite" "$who"; done
-    done
-    ;;
-wrong-student)
-    for suite in dev immobilized; do
-        arm "$suite-alone" --suite "$suite" --recovery none
-        arm "$suite-rules" --suite "$suite" --recovery rules
-        arm "$suite-distilled" --suite "$suite" --recovery distilled
-        arm "$suite-distilled-unguarded" --suite "$suite" --recovery distilled --unguarded
     done
     ;;
 sensors)

@@ -13,8 +13,6 @@ NAMES = (
     "query_overhead",
     "search_latency",
     "path_search",
-    "distilled_latency",
-    "distilled_edge",
     "perception_stages",
     "passenger_clients",
     "carlette_ticks",

@@ -145,7 +145,7 @@ def test_the_core_alone_needs_no_simulator(unpacked):
 IMPORTED = {
     "stucksolver-carla": "stucksolver_carla.sidecar",
     "stucksolver-perception": "stucksolver_perception.pipeline",
-    "stucksolver-language": "stucksolver_language.llm, stucksolver_language.student",
+    "stucksolver-language": "stucksolver_language.llm",
     "stucksolver-passenger": "stucksolver_passenger.gateway",
 }
 

@@ -108,7 +108,7 @@ def test_only_the_driver_alone_shows_that_waiting_was_enough(
     )
     left = ImmobilizationEpisode(onset_s=10.0, place_m=50.0, recovered_after_s=20.0, ended_s=30.0)
     runs = {}
-    for name in ("none", "rules", "distilled"):
+    for name in ("none", "rules", "search"):
         store = begun(tmp_path / name, recovery=name)
         plans = () if name == "none" else (plan,)
         for of in ROUTES:
@@ -122,9 +122,9 @@ def test_only_the_driver_alone_shows_that_waiting_was_enough(
         told = capsys.readouterr().out
         return [line.split()[1:] for line in told.splitlines() if line.startswith("False")]
 
-    assert false("rules", "distilled") == [["0", "0"]]
-    assert false("none", "distilled") == [["0", "2"]]
-    assert false("none", "rules", "distilled") == [["0", "2"], ["0", "2"]]
+    assert false("rules", "search") == [["0", "0"]]
+    assert false("none", "search") == [["0", "2"]]
+    assert false("none", "rules", "search") == [["0", "2"], ["0", "2"]]
 
 
 @pytest.mark.parametrize("command", [["score", "{}"], ["compare", "{}", "{}"]])

@@ -19,7 +19,7 @@ from stucksolver_eval.systems.spec import SystemSpec
 ROUTES = load_routes("dev", ("1000", "1021", "1042"))
 QUIET, ASKED, CRASHED = ROUTES
 RULES = SystemSpec(recovery="rules")
-BOTH = SystemSpec(recovery="rules", reasoner="distilled")
+BOTH = SystemSpec(recovery="rules", reasoner="search")
 
 
 def asks(folder: Path, arm: SystemSpec) -> EvaluationManifest:
@@ -71,12 +71,12 @@ def test_routes_with_words_are_driven(tmp_path: Path) -> None:
 def test_reuse_other_reasoner_or_ladder_is_rejected(tmp_path: Path) -> None:
     """Another reasoner or a ladder of the user's is not the same system, and its routes are not reused."""
     driven(tmp_path / "both", BOTH)
-    with pytest.raises(StoreError, match="its reasoner is 'distilled', not ''"):
+    with pytest.raises(StoreError, match="its reasoner is 'search', not ''"):
         taken(tmp_path / "both", tmp_path / "rules", RULES)
     driven(tmp_path / "plain")
     ladder = Path(__file__).parents[4] / "packages/stucksolver/src/stucksolver/ladder/default.toml"
     with pytest.raises(StoreError, match="the ladder differs"):
-        taken(tmp_path / "plain", tmp_path / "mine", SystemSpec(recovery="rules", reasoner="distilled", ladder=ladder))
+        taken(tmp_path / "plain", tmp_path / "mine", SystemSpec(recovery="rules", reasoner="search", ladder=ladder))
 
 
 def test_reuse_driver_alone_takes_routes_without_recovery_action(tmp_path: Path) -> None:

@@ -1,1 +1,1 @@
-"""Language models and small networks that reason and interpret utterances for StuckSolver."""
+"""Language models that reason, and a small network that interprets utterances, for StuckSolver."""

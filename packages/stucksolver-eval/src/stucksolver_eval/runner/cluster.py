@@ -45,8 +45,8 @@ def run_on_cluster(tasks: Iterable[RouteTask], address: str) -> Iterator[RoutePr
             yield RouteProgress(task, outcome=outcome)
 
 
-PRIVATE = ("intervention-", "exchanges", "questions")
-"""Prefixes of records, requests to models and queries. Only their owner may read them, as on the worker."""
+PRIVATE = ("intervention-", "exchanges")
+"""Prefixes of records and of requests to models. Only their owner may read them, as on the worker."""
 
 
 def run_elsewhere(task: RouteTask) -> tuple[RouteOutcome, dict[str, bytes]]:

@@ -11,7 +11,7 @@ from stucksolver.reasoners import Reasoner
 from stucksolver.reasoners.factory import make_reasoner, preflight, sees
 from stucksolver.reasoners.faulty import FAULTY, make_faulty
 from stucksolver.reasoners.registry import ReasonerNameError
-from stucksolver.record import QueryLog, Recorder
+from stucksolver.record import Recorder
 from stucksolver.solver import StuckSolver
 from stucksolver_carla.stack import CarlaStack
 from stucksolver_carla.stack.client_interface import EgoVehicle
@@ -73,9 +73,8 @@ def check_arm(spec: SystemSpec) -> None:
     if spec.reasoner:
         _reasoner(spec.reasoner, 0)
     if spec.ladder is not None:
-        # The weights of a student on a rung are loaded once, so that errors appear before the drive.
-        for name in find_ladder(spec.ladder).students():
-            _reasoner(name, 0)
+        # It is read once, so that errors appear before the drive.
+        find_ladder(spec.ladder)
 
 
 def _check_perception(spec: SystemSpec) -> None:
@@ -161,9 +160,7 @@ def make_arm(
     asked = _reasoner(spec.recovery, seed, exchanges)
     memory = None if spec.memory is None else Memory(spec.memory)
     first = TimedReasoner(asked if memory is None else memory.before(asked, ladder.waits.limits()))
-    models = {name: TimedReasoner(_reasoner(name, seed)) for name in ladder.students()}
-    if spec.reasoner:
-        models["model"] = TimedReasoner(_reasoner(spec.reasoner, seed, exchanges))
+    models = {"model": TimedReasoner(_reasoner(spec.reasoner, seed, exchanges))} if spec.reasoner else {}
     recorder = None if records is None else Recorder(records)
     camera = _camera(ego) if carries_camera(spec) else None
     stack = CarlaStack(ego, driver, carla_map, camera=camera)
@@ -179,7 +176,7 @@ def make_arm(
             detector=DetectorSettings(**spec.detector),
             clock=spec.clock,
             on_event=listener if memory is None else memory.ear(VEHICLE, listener),
-            record=recorder if spec.questions is None else QueryLog(spec.questions),
+            record=recorder,
         )
 
     return SolverSystem(stack, [first, *models.values()], make, recorder, camera, memory)

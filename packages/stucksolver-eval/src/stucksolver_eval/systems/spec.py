@@ -39,8 +39,6 @@ class SystemSpec:
     heedless: bool = False
     camera: bool = False
     """Carry the front camera even if no reasoner uses it, for the replay."""
-    questions: Path | None = None
-    """File for each query to a reasoner with the surroundings, instead of a record; None to store none."""
 
     @property
     def name(self) -> str:

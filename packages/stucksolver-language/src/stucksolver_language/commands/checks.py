@@ -1,8 +1,7 @@
-"""Checks of `stucksolver doctor` for the interpreter, the student and language models."""
+"""Checks of `stucksolver doctor` for the interpreter and language models."""
 
 from __future__ import annotations
 
-import importlib.util
 import os
 from collections.abc import Iterator
 
@@ -24,19 +23,6 @@ def _words() -> Iterator[Finding]:
     yield Finding("interpreter", "ok", f'{reader.name}; "please go round it" is interpreted as {reading.description}')
 
 
-def _student() -> Iterator[Finding]:
-    from stucksolver_language.student import DistilledReasoner, StudentWeightsError
-
-    what = "student"
-    if importlib.util.find_spec("onnxruntime") is None:
-        yield Finding(what, "absent", "onnxruntime is not installed", "install stucksolver-language again")
-        return
-    try:
-        yield Finding(what, "ok", f"{DistilledReasoner().name} loads")
-    except StudentWeightsError as error:
-        yield Finding(what, "broken", str(error), "install stucksolver again")
-
-
 def _model() -> Iterator[Finding]:
     from stucksolver.privacy.url_redaction import redacted
     from stucksolver_language.llm.api_keys import KEY_VARIABLE
@@ -54,7 +40,6 @@ def _model() -> Iterator[Finding]:
 
 CHECKS: tuple[Check, ...] = (
     _words,
-    _student,
     package("openai", "language models over HTTP", "llm"),
     _model,
 )

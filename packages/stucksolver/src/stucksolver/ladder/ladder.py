@@ -8,7 +8,7 @@ from pydantic import Field, field_validator
 
 from stucksolver.guard import GuardPolicy
 from stucksolver.ladder.rung_actions import CallAssistance, CheckForWait
-from stucksolver.ladder.rungs import AnyRung, DistilledRung
+from stucksolver.ladder.rungs import AnyRung
 from stucksolver.ladder.waits import NEVER_LONG, WaitPolicy
 from stucksolver.plan.behaviors import REGISTRY, ApprovalLevel
 from stucksolver.scene.base_model import FrozenModel
@@ -124,11 +124,6 @@ class Ladder(FrozenModel):
         if all(isinstance(move, CheckForWait) for move in moves):
             raise ValueError("a rung above `wait` is missing: add one of kind `rules`")
         return rungs
-
-    def students(self) -> tuple[str, ...]:
-        """Return the names of the students on the rungs, as `distilled` or `distilled:FOLDER`."""
-        rungs = [rung for rung in self.rungs if isinstance(rung, DistilledRung)]
-        return tuple(dict.fromkeys(rung.move().reasoner for rung in rungs))
 
     def guard_policy(self) -> GuardPolicy:
         """Return the guard's policy with this ladder's approvals and waits."""

@@ -57,24 +57,6 @@ class RulesRung(Rung):
         return AskReasoner("rules", self.deadline_s, self.tries, self.cooldown_s, self.repair_rounds)
 
 
-class DistilledRung(Rung):
-    """Rung of the student: the network of the package, or the user's own. The solver loads it by itself."""
-
-    summary: ClassVar[str] = "query the student, a small network on the CPU, for a plan, which the guard checks"
-
-    kind: Literal["distilled"] = "distilled"
-    weights: str = ""
-    """Folder of the weights; empty for those of the package."""
-    deadline_s: float = Field(default=1.0, gt=0, le=600)
-    tries: int = Field(default=3, ge=1, le=1000)
-    cooldown_s: float = Field(default=2.0, ge=0.1, le=600)
-    repair_rounds: int = Field(default=1, ge=0, le=5)
-
-    def move(self) -> AskReasoner:
-        name = f"{self.kind}:{self.weights}" if self.weights else self.kind
-        return AskReasoner(name, self.deadline_s, self.tries, self.cooldown_s, self.repair_rounds)
-
-
 class ModelRung(Rung):
     """Rung of a language model, or of any reasoner that the stack registers under its name; skipped without one."""
 
@@ -121,11 +103,8 @@ class RemoteRung(Rung):
         return CallAssistance(self.pull_over, self.look_every_s, self.resume)
 
 
-AnyRung = Annotated[
-    WaitRung | RulesRung | DistilledRung | ModelRung | PassengerRung | RemoteRung, Field(discriminator="kind")
-]
+AnyRung = Annotated[WaitRung | RulesRung | ModelRung | PassengerRung | RemoteRung, Field(discriminator="kind")]
 
 KINDS: dict[str, type[Rung]] = {
-    cls.model_fields["kind"].default: cls
-    for cls in (WaitRung, RulesRung, DistilledRung, ModelRung, PassengerRung, RemoteRung)
+    cls.model_fields["kind"].default: cls for cls in (WaitRung, RulesRung, ModelRung, PassengerRung, RemoteRung)
 }

@@ -14,9 +14,10 @@ from stucksolver.scene import Scene
 from stucksolver.scene.base_model import FrozenModel
 
 PlanCheck = Callable[[RecoveryPlan], str]
-"""Returns the guard's verdict on a plan now, as text. The reasoner's thread may call it."""
-ACCEPTED = "accepted"
-"""Text of a `PlanCheck` for a plan that the guard accepts; any other text is the reject reason."""
+"""Returns the guard's verdict on a plan now, as text: `accepted`, or the reject reason.
+
+The reasoner's thread may call it.
+"""
 
 
 @dataclass(frozen=True)

@@ -3,14 +3,11 @@
 from stucksolver.record.anchor import Anchor, check_anchor, head_of, read_heads, write_heads
 from stucksolver.record.decisions import RecordedDecision, read_decisions
 from stucksolver.record.hash_chain import RecordError
-from stucksolver.record.query_log import LoggedQuery, QueryLog, read_questions
 from stucksolver.record.recorder import Recorder
 from stucksolver.record.replay import ReplayFinding, Report, replay
 
 __all__ = [
     "Anchor",
-    "LoggedQuery",
-    "QueryLog",
     "RecordError",
     "RecordedDecision",
     "Recorder",
@@ -20,7 +17,6 @@ __all__ = [
     "head_of",
     "read_decisions",
     "read_heads",
-    "read_questions",
     "replay",
     "write_heads",
 ]

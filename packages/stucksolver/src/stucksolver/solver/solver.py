@@ -92,7 +92,7 @@ class StuckSolver:
 
     Raises:
         LadderError: The ladder cannot be read, or the guard is laxer than the ladder's policy.
-        ReasonerNameError: The reasoner is unknown, or the weights of the student are missing or of another version.
+        ReasonerNameError: The reasoner is unknown, or cannot be created.
         ValueError: The clock is unknown, or no rung of the ladder can be used.
     """
 
@@ -122,9 +122,7 @@ class StuckSolver:
             )
         self.clock = make_clock(clock) if isinstance(clock, str) else clock
         first = make_reasoner(reasoner) if isinstance(reasoner, str) else reasoner
-        configured = {"rules": first or SearchReasoner(self.ladder.waits.limits()), **(models or {})}
-        students = {name: make_reasoner(name) for name in self.ladder.students() if name not in configured}
-        reasoners = {**configured, **students}
+        reasoners = {"rules": first or SearchReasoner(self.ladder.waits.limits()), **(models or {})}
         self.reasoners: Mapping[str, Reasoner] = reasoners
         names = {rung: item.name for rung, item in reasoners.items()}
         self._stack_scene = scene

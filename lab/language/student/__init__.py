@@ -1,1 +1,0 @@
-"""Trains, scores and exports the student. It requires torch."""
