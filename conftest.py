@@ -9,8 +9,8 @@ import tarfile
 import pytest
 from hypothesis import settings
 
-# Machines are busy and noisy: how long an example takes says nothing about what is tested. A run draws the same examples
-# as the run before, so that it tells about the change and not about luck; `RANDOM_EXAMPLES=1` draws new ones.
+# Machines are busy and noisy: how long an example takes says nothing about what is tested. Every run draws the same
+# examples, so that it tells about the change and not about luck; `RANDOM_EXAMPLES=1` draws new ones.
 settings.register_profile("repeatable", deadline=None, derandomize=not os.environ.get("RANDOM_EXAMPLES"))
 settings.load_profile("repeatable")
 

@@ -54,7 +54,7 @@ PACKAGES = Path(__file__).parents[2]
 PROPOSERS = {
     "plan/lease.py",
     "reasoners/faulty.py",
-    "reasoners/rules",
+    "reasoners/duties",
     "reasoners/search",
     "solver/state_machine/execution.py",
     "solver/state_machine/execution_steps.py",
@@ -254,15 +254,13 @@ def test_concrete_behaviors_are_imported_only_by_proposers():
     found = {file for file in files if imports_of(file) & classes}
     assert all(file.is_relative_to(core) for file in found), found
     names = {file.relative_to(core).as_posix() for file in found}
-    rooms = ("reasoners/rules", "reasoners/search")
+    rooms = ("reasoners/duties", "reasoners/search")
     assert {next((room for room in rooms if name.startswith(f"{room}/")), name) for name in names} == PROPOSERS
 
 
-def test_no_package_but_the_rules_tells_behaviors_apart_by_class():
+def test_no_package_tells_behaviors_apart_by_class():
     classes = {behavior.__name__ for behavior in REGISTRY.values()}
     for file in PACKAGES.glob("*/src/**/*.py"):
-        if "rules" in file.parent.parts:
-            continue
         for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
             if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "isinstance":
                 named = {name.id for name in ast.walk(node.args[1]) if isinstance(name, ast.Name)}

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import pytest
 
 from stucksolver.guard import Guard, RejectCode, RejectReason, Verdict
 from stucksolver.plan import RecoveryPlan
 from stucksolver.plan.behaviors import BackUp, BorrowOncomingLane
-from stucksolver.reasoners import RuleReasoner
+from stucksolver.reasoners import ReasonerAnswer
 from stucksolver.scene import ObjectKind
 from stucksolver.solver import EventKind
-from worlds import LANE_M, World, drive, straight_road, stubborn, thing
+from worlds import LANE_M, World, drive, noticed, straight_road, stubborn, thing
 
 pytestmark = pytest.mark.integration
 PLAN = (BackUp(distance_m=4.0, speed_mps=2.0), BorrowOncomingLane(past_object_id="lead", speed_mps=5.5))
@@ -28,10 +26,10 @@ class Stubborn:
 
     def decide(self, request):
         self.attempts = request.scene.attempts or self.attempts
-        answer = RuleReasoner().decide(request)
-        analysis = answer.decision.analysis.model_copy(update={"wait": None, "immobilized": True})
+        decision = noticed(request.scene)
+        analysis = decision.analysis.model_copy(update={"wait": None, "immobilized": True})
         changes = {"plan": RecoveryPlan(behaviors=PLAN), "analysis": analysis}
-        return replace(answer, decision=answer.decision.model_copy(update=changes), reasoner=self.name)
+        return ReasonerAnswer(decision.model_copy(update=changes), self.name)
 
 
 class Refuses(Guard):

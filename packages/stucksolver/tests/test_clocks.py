@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from stucksolver.guard import Guard
 from stucksolver.ladder import PROFILES, profile
 from stucksolver.plan import CONTINUE
-from stucksolver.reasoners import RuleReasoner
+from stucksolver.reasoners import SearchReasoner
 from stucksolver.solver import EventKind, StuckSolver, make_clock
 from stucksolver.solver.query import Query
 from stucksolver.solver.workers.delivery_clock import Pending
@@ -39,12 +39,12 @@ class Patient:
         self.asked.set()
         self.let.wait(20.0)
         time.sleep(self.takes_s)
-        return RuleReasoner().decide(request)
+        return SearchReasoner().decide(request)
 
 
 def ticks_until_answered(clock: str, dt: float = 0.05, reasoner=None) -> int:
     """Polls from the question to the answer."""
-    pool = ReasonerPool({"asked": reasoner or RuleReasoner()}, profile(PROFILES[0]).waits)
+    pool = ReasonerPool({"asked": reasoner or SearchReasoner()}, profile(PROFILES[0]).waits)
     worker = ReasonerWorker(pool, Guard(), make_clock(clock))
     scene = World(straight_road(), time_s=100.0).scene()
     worker.work_on(Query(1, "asked", scene, 100.0, 60.0, screen=False, outlived=frozenset(), seen=None, reading=None))

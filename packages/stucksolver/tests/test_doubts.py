@@ -6,10 +6,10 @@ import base64
 from dataclasses import dataclass
 
 import pytest
-from stucksolver.reasoners.rules import RuleReasoner
 
 from stucksolver.plan import Intent, Observation, ObservedControl, Participant
 from stucksolver.reasoners import ReasonerAnswer
+from stucksolver.reasoners.search import SearchReasoner
 from stucksolver.record import Recorder, replay
 from stucksolver.scene import CameraImage, ControlKind, LaneRelation, LightState, ObjectKind
 from stucksolver.solver import EventKind
@@ -46,7 +46,7 @@ class SeesAnother:
         )
 
     def decide(self, request):
-        answer = RuleReasoner().decide(request)
+        answer = SearchReasoner().decide(request)
         observation = answer.decision.observation.model_copy(update={"participants": (self._seen,)})
         return ReasonerAnswer(answer.decision.model_copy(update={"observation": observation}), self.name)
 

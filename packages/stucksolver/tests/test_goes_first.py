@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from stucksolver.reasoners.rules.observe import goes_first
 
+from stucksolver.reasoners.duties.observation import goes_first
 from stucksolver.scene import CandidateWaypoint, LaneDirection, LineKind
 from worlds import LANE_M, World, bent_road, strip, thing
 

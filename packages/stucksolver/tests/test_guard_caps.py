@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
-from stucksolver.reasoners.rules.pass_speed import pass_speed
-from stucksolver.reasoners.rules.pass_target import group_of
 
 from stucksolver.guard import Guard, GuardPolicy, RejectCode
 from stucksolver.plan.behaviors import BorrowOncomingLane, ChangeLane, KeepLane
-from stucksolver.scene import LaneRelation, LineKind, ObjectKind
-from worlds import World, straight_road, thing
+from stucksolver.scene import LineKind, ObjectKind
+from worlds import World, searched, straight_road, thing
 
 KMH = 1 / 3.6
 ROAD = straight_road()
@@ -87,26 +84,17 @@ def test_pass_of_moving_vehicle_above_20_kmh_needs_guidance():
     assert RejectCode.OVERSPEED not in GUARD.accept(plan, view, True)[0].codes
 
 
-def asked(sight_m, *objects, road=ROAD):
-    scene = World(road, list(objects), sight_m=sight_m).scene()
-    lane = next(x for x in scene.lanes if x.relation is LaneRelation.ONCOMING)
-    lead = min((o for o in scene.objects if o.in_path), key=lambda o: o.gap_m)
-    return pass_speed(scene, lane, group_of(scene, lead), 5.5)
+def proposed_mps(sight_m, *objects, road=ROAD):
+    """The speed of the pass that the search proposes behind a row of disabled cars; None if it finds none."""
+    world = World(road, list(objects), sight_m=sight_m)
+    scene = world.scene()
+    ego = scene.ego.model_copy(update={"stopped_for_s": 30.0})
+    plan = searched(world, scene.model_copy(update={"ego": ego})).plan
+    return None if plan is None else plan.behaviors[-1].speed_mps
 
 
-def test_rules_pass_speed_is_slowest_with_enough_sight():
-    """The rules propose the slowest pass for which the sight distance is enough."""
-    speeds = [asked(sight_m, *ROW) for sight_m in np.arange(60.0, 400.0, 20.0)]
-    assert speeds[-1] == 5.5
-    enough = [a for a in speeds if a < max(speeds)]
-    assert max(speeds) > 7.0 and enough == sorted(enough, reverse=True)
-
-
-def test_rules_pass_speed_stays_within_guard_caps():
-    """The rules propose no speed that the guard would reject."""
-    tight = 120.0
-    walker = thing("walker", 80.0, -3.0, kind=ObjectKind.PEDESTRIAN)
-    assert asked(tight, *ROW) > 5.5
-    assert asked(tight, *ROW, walker) == 5.5
-    assert asked(tight, *ROW, road=straight_road(oncoming=LineKind.SOLID)) == 5.5
-    assert asked(tight, *ROW, road=limited(6.0)) <= 6.0
+def test_search_passes_faster_where_sight_is_short():
+    """A faster pass needs less sight, and is proposed only where a slower one does not do."""
+    assert proposed_mps(110.0, *ROW) is None
+    assert proposed_mps(250.0, *ROW) > 5.5
+    assert proposed_mps(400.0, *ROW) == 5.5

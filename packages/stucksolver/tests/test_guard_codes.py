@@ -10,12 +10,12 @@ import pytest
 from stucksolver.guard import Approvals, Guard, GuardPolicy, RejectCode
 from stucksolver.plan import RecoveryPlan
 from stucksolver.plan.behaviors import ApprovalLevel, BorrowOncomingLane, ChangeLane, KeepLane, Wait
-from stucksolver.reasoners import RuleReasoner
+from stucksolver.reasoners import ReasonerAnswer
 from stucksolver.scene import ControlKind, LightState, LineKind, ObjectKind, TrafficControl, Zone, ZoneKind
 from stucksolver.solver import EventKind
 from stucksolver.solver.state_machine.execution import Execution
 from test_guard_rules import RULES
-from worlds import LANE_M, World, drive, red_light, straight_road, thing
+from worlds import LANE_M, World, drive, noticed, red_light, straight_road, thing
 
 TWO_WAY = straight_road()
 MULTI = straight_road(left=LineKind.BROKEN)
@@ -227,8 +227,8 @@ class AlwaysBorrow:
     name = "always"
 
     def decide(self, request):
-        plan, answer = RecoveryPlan(behaviors=(BORROW,)), RuleReasoner().decide(request)
-        return replace(answer, decision=answer.decision.model_copy(update={"plan": plan}))
+        plan = RecoveryPlan(behaviors=(BORROW,))
+        return ReasonerAnswer(noticed(request.scene).model_copy(update={"plan": plan}), self.name)
 
 
 @pytest.mark.parametrize("words", [{}, {5.0: "overtake"}])

@@ -8,13 +8,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from stucksolver.reasoners.rules.pass_options import speed_for
-from stucksolver.reasoners.rules.pass_target import group_of
 
 from stucksolver.guard import Guard, GuardPolicy, RejectCode
 from stucksolver.plan.behaviors import AbortAction, BorrowOncomingLane, ChangeLane, KeepLane
 from stucksolver.scene import LaneDirection, LineKind, ObjectKind, RoadGeometry
-from worlds import LANE_M, World, said, straight_road, strip, thing
+from worlds import LANE_M, World, said, searched, straight_road, strip, thing
 
 KMH = 1 / 3.6
 GUARD = Guard(GuardPolicy(solid_line="autonomous"))
@@ -190,11 +188,11 @@ def test_recheck_pedestrian_beside_fast_plan_ends_it():
 
 @pytest.mark.parametrize("limit_mps", [8.26, 8.33, 5.56, 2.78, None])
 @pytest.mark.parametrize("kind", [ObjectKind.CAR, ObjectKind.BICYCLE])
-def test_rules_ask_for_no_more_than_guidance_gives(limit_mps, kind):
-    """The rules' plan for "please overtake" is not refused for its speed."""
+def test_search_asks_for_no_more_than_guidance_gives(limit_mps, kind):
+    """The plan for "please overtake" is not refused for its speed."""
     lead = thing("lead", 85.0, kind=kind, speed=2.0)
     world = World(limited(TWO_WAY, limit_mps), [lead], sight_m=400.0)
     scene = world.scene().model_copy(update={"guidance": said("please overtake")})
-    target = group_of(scene, next(o for o in scene.objects if o.id == "lead"))
-    plan = BorrowOncomingLane(past_object_id="lead", speed_mps=speed_for(scene, target))
-    assert RejectCode.OVERSPEED not in judged(world, plan)[0]
+    plan = searched(world, scene).plan
+    assert plan is not None
+    assert RejectCode.OVERSPEED not in judged(world, *plan.behaviors)[0]

@@ -14,7 +14,7 @@ from grids import sample
 from stucksolver.guard import Guard
 from stucksolver.plan import CONTINUE, Execute, RecoveryPlan
 from stucksolver.plan.behaviors import RequestAssistance
-from stucksolver.reasoners import RuleReasoner
+from stucksolver.reasoners import SearchReasoner
 from stucksolver.scene import LineKind, ObjectKind
 from stucksolver.solver import EventKind
 from worlds import LANE_M, World, drive, straight_road, stubborn, thing
@@ -185,15 +185,15 @@ def test_hold_aborted_askew_lasts_until_return_path_is_free():
 
 
 class ThenAsks:
-    """The rules, and once the plan has been given up, calls for help of five seconds."""
+    """The search, and once the plan has been given up, calls for help of five seconds."""
 
     name = "then asks"
 
     def __init__(self, guard):
-        self._guard, self._rules = guard, RuleReasoner()
+        self._guard, self._search = guard, SearchReasoner()
 
     def decide(self, request):
-        answer = self._rules.decide(request)
+        answer = self._search.decide(request)
         if not self._guard.gave_up:
             return answer
         call = RecoveryPlan(behaviors=(RequestAssistance(reason="stuck", duration_s=5.0),))

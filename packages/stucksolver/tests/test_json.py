@@ -13,9 +13,8 @@ from instances import of
 from stucksolver.plan import Decision, Directive, Execute
 from stucksolver.plan.behaviors import REGISTRY, AnyBehavior, ChangeLane, describe, parse_behavior
 from stucksolver.plan.json_schemas import ADAPTERS, VERSION, schemas
-from stucksolver.reasoners import ReasonerRequest, RuleReasoner
 from stucksolver.scene import RoadGeometry, Scene, Status, Surroundings
-from worlds import World, straight_road, thing
+from worlds import World, searched, straight_road, thing
 
 TYPES = {"status": Status, "surroundings": Surroundings, "scene": Scene, "decision": Decision, "directive": Directive}
 
@@ -46,7 +45,7 @@ def test_every_behavior_survives_json_inside_a_directive(behavior, data):
 def examples() -> dict[str, dict[str, object]]:
     world = World(straight_road(), [thing("car", 60.0)])
     scene = world.scene()
-    decision = RuleReasoner().decide(ReasonerRequest(scene)).decision
+    decision = searched(world, scene)
     models = {
         "status": world.status(),
         "surroundings": world.surroundings(),

@@ -11,12 +11,11 @@ from hypothesis import strategies as st
 
 from stucksolver.plan.frenet_path import straight
 from stucksolver.plan.speed_profile import SLUGGISH_ACCELERATION, slow_launch
-from stucksolver.reasoners import ReasonerRequest, RuleReasoner
 from stucksolver.scene import FailedAttempt, LineKind, RejectCode, Status, VehicleLimits
 from stucksolver.solver import StuckSolver
 from stucksolver.solver.launch_acceleration import LaunchAcceleration
-from test_rules_moves import names
-from worlds import LANE_M, World, drive, straight_road, thing
+from test_search_moves import names
+from worlds import LANE_M, World, drive, searched, straight_road, thing
 
 MULTI = straight_road(left=LineKind.BROKEN, oncoming=None)
 
@@ -98,31 +97,33 @@ def test_the_guard_and_the_record_get_what_was_measured():
 
 
 def left_no_gap(world, *tries, code=RejectCode.LANE_ENTRY):
-    """What the rules propose after plans, with how long ago they failed (s), to which traffic left no gap."""
+    """What the search proposes after plans, with how long ago they failed (s), to which traffic left no gap."""
     scene = world.scene()
     ego = scene.ego.model_copy(update={"stopped_for_s": 30.0})
     attempts = tuple(
         FailedAttempt(time_s=scene.time_s - ago_s, behaviors=behaviors, codes=(code,), outcome="")
         for ago_s, *behaviors in tries
     )
-    seen = scene.model_copy(update={"ego": ego, "attempts": attempts})
-    return names(RuleReasoner().decide(ReasonerRequest(seen)).decision)
+    return names(searched(world, scene.model_copy(update={"ego": ego, "attempts": attempts})))
 
 
-def test_rules_nose_out_after_two_failures_for_traffic():
-    """After traffic left no gap twice, the rules nose out first."""
-    world = World(MULTI, [thing("lead", 65.0, hazard=True)])
+def stream(road, *, past_x, spacing_m, speed):
+    """A disabled car, and traffic in the lane on the left without a gap."""
+    cars = [thing(f"car{k}", past_x + spacing_m * k, LANE_M, speed=speed) for k in range(10)]
+    return World(road, [thing("lead", 65.0, hazard=True), *cars])
+
+
+def test_search_noses_out_after_two_failures_for_traffic():
+    """A gap may come: only after traffic left none twice, a move is made after which a shorter one is enough."""
+    world = stream(MULTI, past_x=74.0, spacing_m=-12.0, speed=8.0)
     assert left_no_gap(world, (20.0, "change_lane"), (5.0, "change_lane"))[:2] == ["nose_out", "change_lane"]
-    assert left_no_gap(world, (5.0, "change_lane"))[0] == "change_lane", "a gap may come"
-    assert left_no_gap(world, (60.0, "change_lane"), (5.0, "change_lane"))[0] == "change_lane"
-    assert left_no_gap(world, (9.0, "change_lane"), (5.0, "nose_out", "change_lane"))[0] == "change_lane"
-    near = World(MULTI, [thing("lead", 59.5, hazard=True)])
-    assert left_no_gap(near, (20.0, "change_lane"), (5.0, "change_lane"))[:2] == ["back_up", "nose_out"]
+    assert left_no_gap(world, (5.0, "change_lane"))[0] == "change_lane"
+    assert left_no_gap(world, (90.0, "change_lane"), (5.0, "change_lane"))[0] == "change_lane"
 
 
-def test_rules_nose_out_before_oncoming_lane_borrow():
+def test_search_noses_out_before_oncoming_lane_is_borrowed():
     """Beside oncoming traffic, the front stays in the ego's lane until a gap comes."""
-    world = World(straight_road(), [thing("lead", 65.0, hazard=True)])
+    world = stream(straight_road(), past_x=60.0, spacing_m=22.0, speed=-8.0)
     tries = ((20.0, "borrow_oncoming_lane"), (5.0, "borrow_oncoming_lane"))
     assert left_no_gap(world, *tries, code=RejectCode.ONCOMING_GAP) == ["nose_out", "borrow_oncoming_lane"]
 

@@ -11,13 +11,12 @@ from left_hand_worlds import LeftHandWorld, left_hand
 from stucksolver.plan import Decision, Execute, PathPoint, RecoveryPlan
 from stucksolver.plan.behaviors import REGISTRY, BorrowOncomingLane, ChangeLane, KeepLane
 from stucksolver.plan.mirror import mirrored_decision, mirrored_directive, mirrored_plan
-from stucksolver.reasoners import RuleReasoner
 from stucksolver.reasoners.reasoner import ReasonerAnswer, ReasonerRequest
 from stucksolver.record import Recorder, replay
 from stucksolver.scene import LineKind, ObjectKind, ObservedSign, RoadGeometry, Scene, SignWord
 from stucksolver.scene.mirror import mirrored_scene, mirrored_surroundings, with_sides_swapped
 from stucksolver.solver import EventKind, StuckSolver
-from worlds import LANE_M, World, drive, ladder, straight_road, thing
+from worlds import LANE_M, World, drive, ladder, noticed, searched, straight_road, thing
 
 SIDES = {
     "going round it on the left": "going round it on the right",
@@ -80,7 +79,7 @@ def test_mirror_twice_is_the_original():
     image = mirrored_scene(scene)
     assert image.mirrored and image.route_command == "change_right" and image.signs[0].bearing_rad == -0.2
     assert mirrored_surroundings(world.surroundings()).road.key != world.road.key
-    decision = RuleReasoner().decide(ReasonerRequest(scene)).decision
+    decision = searched(world, scene)
     assert mirrored_decision(mirrored_decision(decision)) == decision
 
 
@@ -154,7 +153,7 @@ class Says:
         self._behavior, self._rationale = behavior, rationale
 
     def decide(self, request: ReasonerRequest) -> ReasonerAnswer:
-        base = RuleReasoner().decide(request).decision
+        base = noticed(request.scene)
         plan = RecoveryPlan(behaviors=(self._behavior,))
         return ReasonerAnswer(base.model_copy(update={"plan": plan, "rationale": self._rationale}), self.name)
 
@@ -194,9 +193,7 @@ def test_left_hand_record_replays(tmp_path):
 
 
 def test_decision_names_true_sides_for_people():
-    decision = Decision.model_validate(
-        RuleReasoner().decide(ReasonerRequest(World(straight_road(), [parked()]).scene())).decision.model_dump()
-    )
+    decision = Decision.model_validate(searched(World(straight_road(), [parked()])).model_dump())
     plan = RecoveryPlan(behaviors=(ChangeLane(side="left", distance_m=30.0, speed_mps=5.0),))
     shown = mirrored_decision(decision.model_copy(update={"plan": plan, "rationale": "change to the left lane"}))
     assert shown.plan.behaviors[0].side == "right"

@@ -6,12 +6,11 @@ import pytest
 
 from stucksolver.guard import Guard, RejectCode
 from stucksolver.plan.behaviors import RejoinRoute, Wait
-from stucksolver.reasoners import ReasonerRequest, RuleReasoner
 from stucksolver.scene import LineKind, ObjectKind
 from stucksolver.solver import EventKind
 from test_behaviors import run
 from test_guard_abreast import SHOULDER
-from worlds import World, drive, said, straight_road, thing
+from worlds import World, drive, said, searched, straight_road, thing
 
 WORDS = "There is a siren behind us, please pull over."
 ON_SHOULDER_M = -1.5
@@ -22,12 +21,12 @@ def siren(x, speed=12.0, lights=True):
 
 
 def proposed(*others):
-    scene = World(SHOULDER, list(others), speed=6.0).scene().model_copy(update={"guidance": said(WORDS)})
-    plan = RuleReasoner().decide(ReasonerRequest(scene)).decision.plan
+    world = World(SHOULDER, list(others), speed=6.0)
+    plan = searched(world, world.scene().model_copy(update={"guidance": said(WORDS)})).plan
     return [b.name for b in plan.behaviors]
 
 
-def test_rules_siren_behind_plans_pull_over_wait_and_rejoin():
+def test_siren_behind_plans_pull_over_wait_and_rejoin():
     """For a siren behind, the ego pulls over, waits until it has passed, and returns."""
     assert proposed(siren(10.0)) == ["pull_over", "wait", "rejoin_route"]
 

@@ -17,7 +17,7 @@ from grids import WHOLE
 from stucksolver.guard import Guard
 from stucksolver.interpreter import ScriptedInterpreter
 from stucksolver.plan import CONTINUE, Execute, SafeStop
-from stucksolver.reasoners import ReasonerError, RuleReasoner
+from stucksolver.reasoners import ReasonerError, SearchReasoner
 from stucksolver.reasoners.faulty import make_faulty
 from stucksolver.record import Recorder, replay
 from stucksolver.record.serialization import step_output_data
@@ -123,7 +123,7 @@ class Dice:
 
     def __init__(self, rng):
         self.rng = rng
-        self.others = [RuleReasoner(), RuleReasoner(), make_faulty("random", seed=rng.randrange(99))]
+        self.others = [SearchReasoner(), SearchReasoner(), make_faulty("random", seed=rng.randrange(99))]
 
     def decide(self, request):
         if self.rng.random() < 0.1:

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from shapely import affinity
 from shapely.geometry import box
-from stucksolver.reasoners.rules.pass_target import group_of
 
 from stucksolver.guard import Guard
 from stucksolver.plan.behaviors import BorrowOncomingLane
@@ -65,17 +64,6 @@ def test_pass_known_road_too_short_to_return_is_rejected():
     view = World(short, [thing("lead", 62.0)]).view()
     verdict, _ = GUARD.accept([BorrowOncomingLane(past_object_id="lead", speed_mps=5.0)], view, False)
     assert verdict.failures == (PlanFailure.NO_ROOM_TO_COME_BACK,)
-
-
-@pytest.mark.parametrize(("gap_m", "together"), [(5.0, True), (12.0, True), (15.0, True), (17.0, False), (25.0, False)])
-def test_group_is_split_at_gap_for_one_vehicle(gap_m, together):
-    """A row is split at a gap in which a vehicle can stop."""
-    objects = [thing("lead", 62.0, hazard=True), thing("next", 62.0 + 4.6 + gap_m, hazard=True)]
-    scene = World(ROAD, objects).scene()
-    lead = next(o for o in scene.objects if o.id == "lead")
-    assert (len(group_of(scene, lead).objects) == 2) is together
-    if not together:
-        assert proven(*objects).path.passes == ("lead",)
 
 
 def test_pass_return_keeps_gap_to_adjacent_cones():

@@ -46,12 +46,12 @@ def test_plugins_command_reports_a_broken_plugin_and_fails(monkeypatch, capsys):
     assert "reasoners mine  my-package 1.2  plug-in 'mine'" in capsys.readouterr().out
 
 
-def test_broken_reasoner_plugin_leaves_the_built_in_rules(monkeypatch):
-    """A vehicle must not lose its rules because another distribution is broken."""
+def test_broken_reasoner_plugin_leaves_the_built_in_search(monkeypatch):
+    """A vehicle must not lose its own reasoner because another distribution is broken."""
     monkeypatch.setattr(registry, "plugins", lambda group: (plugin("no_such_package:KIND"),))
     before = dict(registry.KINDS)
     registry.load_plugins()
-    assert before == registry.KINDS and "rules" in before
+    assert before == registry.KINDS and "search" in before
 
 
 def test_reasoner_plugin_registers_its_kind(monkeypatch):

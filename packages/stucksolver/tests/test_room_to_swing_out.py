@@ -10,12 +10,10 @@ from grids import each_value, sample
 from stucksolver.guard import Guard, RejectCode, RejectReason, Verdict
 from stucksolver.plan import RecoveryPlan
 from stucksolver.plan.behaviors import KeepLane
-from stucksolver.reasoners import ReasonerRequest, RuleReasoner
-from stucksolver.scene import AttemptOutcome, FailedAttempt, LaneDirection, LineKind, ObjectKind, RoadGeometry
+from stucksolver.scene import AttemptOutcome, LaneDirection, LineKind, ObjectKind, RoadGeometry
 from stucksolver.solver import EventKind
 from stucksolver.solver.state_machine.gap_wait import STAYS_WAIT_S, GapWait
 from stucksolver.solver.state_machine.history import AttemptHistory, waits_for_nothing
-from test_rules import behaviors_of
 from worlds import LANE_M, World, drive, straight_road, strip, thing
 
 NOSE_M = 2.45
@@ -51,25 +49,6 @@ def test_verdict_gap_names_the_object_that_is_too_near():
     assert verdict.too_near == ("lead",)
     (attempt,) = AttemptHistory(3).with_attempt(plan, AttemptOutcome.REJECTED, 0.0, verdict=verdict).attempts
     assert attempt.too_near == ("lead",)
-
-
-def refused_near(world: World, *ids: str):
-    """Return the decision a second after a lane change was refused for its gap to these objects."""
-    scene = world.scene()
-    attempt = FailedAttempt(time_s=-1.0, behaviors=("change_lane",), too_near=ids, outcome="")
-    ego = scene.ego.model_copy(update={"stopped_for_s": 30.0})
-    return (
-        RuleReasoner().decide(ReasonerRequest(scene.model_copy(update={"ego": ego, "attempts": (attempt,)}))).decision
-    )
-
-
-@pytest.mark.parametrize(
-    ("ids", "names"), [(("lead",), ["back_up", "change_lane"]), (("other",), ["change_lane"]), ((), ["change_lane"])]
-)
-def test_rules_back_up_only_if_obstacle_was_too_near(ids, names):
-    """The rules back up only if the obstacle itself was too near."""
-    decision = refused_near(World(ROADS["lane on the left"], [parked(5.0)]), *ids)
-    assert [b.name for b in behaviors_of(decision)][: len(names)] == names
 
 
 @pytest.mark.integration

@@ -17,8 +17,6 @@ from stucksolver.plan.behaviors import (
     RejoinRoute,
     Wait,
 )
-from stucksolver.reasoners import RuleReasoner
-from stucksolver.reasoners.search import SearchReasoner
 from stucksolver.record import Recorder, replay
 from stucksolver.scene import DirectedSide, GuidanceIntent, GuidanceLimits, Interpretation, LineKind
 from stucksolver.solver import EventKind
@@ -88,11 +86,10 @@ def test_without_amounts_the_plan_is_the_same():
 
 @pytest.mark.integration
 @pytest.mark.parametrize(("words", "far_m"), [("back up two metres", 2.0), ("reverse 5 m please", 5.0)])
-@pytest.mark.parametrize("reasoner", [RuleReasoner(), SearchReasoner()], ids=["rules", "search"])
-def test_it_backs_up_as_far_as_it_was_told(words, far_m, reasoner, tmp_path):
+def test_it_backs_up_as_far_as_it_was_told(words, far_m, tmp_path):
     world = World(TWO_WAY, [thing("car", 52.0)], x=40.0)
     with Recorder(tmp_path) as recorder:
-        seen = drive(world, 12.0, words={1.0: words}, reasoner=reasoner, record=recorder)
+        seen = drive(world, 12.0, words={1.0: words}, record=recorder)
     assert next(b for b in begun(seen) if isinstance(b, BackUp)).distance_m == far_m
     assert EventKind.FINISHED in seen.kinds()
     (file,) = recorder.files
@@ -101,14 +98,13 @@ def test_it_backs_up_as_far_as_it_was_told(words, far_m, reasoner, tmp_path):
 
 
 @pytest.mark.integration
-@pytest.mark.parametrize("reasoner", [RuleReasoner(), SearchReasoner()], ids=["rules", "search"])
-def test_guidance_speed_limits_fastest_behavior(reasoner):
+def test_guidance_speed_limits_fastest_behavior():
     """A requested speed is the highest one of the plan."""
 
     def fastest_mps(words):
         riders = [thing(name, x, speed=1.0) for name, x in (("near", 75.0), ("far", 81.0))]
         road = straight_road(left=LineKind.BROKEN)
-        seen = drive(World(road, riders, x=40.0, sight_m=400.0), 15.0, words={5.0: words}, reasoner=reasoner)
+        seen = drive(World(road, riders, x=40.0, sight_m=400.0), 15.0, words={5.0: words})
         return max((b.speed_mps for b in begun(seen) if not isinstance(b, Wait)), default=None)
 
     assert fastest_mps("please overtake them") > 5.0

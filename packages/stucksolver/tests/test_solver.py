@@ -8,11 +8,12 @@ from dataclasses import replace
 import pytest
 
 from stucksolver.guard import Guard, GuardPolicy
-from stucksolver.plan import CONTINUE, Execute, Replan
-from stucksolver.reasoners import RuleReasoner
+from stucksolver.plan import CONTINUE, Execute, RecoveryPlan, Replan
+from stucksolver.plan.behaviors import BorrowOncomingLane
+from stucksolver.reasoners import ReasonerAnswer, SearchReasoner
 from stucksolver.scene import CandidateWaypoint, LightState, LineKind, ObjectKind
 from stucksolver.solver import EventKind, StuckSolver
-from worlds import LANE_M, World, drive, red_light, straight_road, stubborn, thing
+from worlds import LANE_M, World, drive, noticed, red_light, straight_road, stubborn, thing
 
 TWO_WAY = straight_road()
 MULTI = straight_road(left=LineKind.BROKEN, oncoming=None)
@@ -20,6 +21,19 @@ MULTI = straight_road(left=LineKind.BROKEN, oncoming=None)
 
 def parked(*others, road=TWO_WAY, **more):
     return World(road, [thing("lead", 75.0), *others], **more)
+
+
+class AlwaysPasses:
+    """Proposes to pass what is ahead in the oncoming lane, also if that was refused."""
+
+    name = "always passes"
+
+    def decide(self, request):
+        decision, ahead = noticed(request.scene), request.scene.in_path_ahead(25.0)
+        if not decision.analysis.immobilized or not ahead:
+            return ReasonerAnswer(decision, self.name)
+        plan = RecoveryPlan(behaviors=(BorrowOncomingLane(past_object_id=ahead[0].id, speed_mps=5.5),))
+        return ReasonerAnswer(decision.model_copy(update={"plan": plan}), self.name)
 
 
 def executed(result):
@@ -158,7 +172,7 @@ def test_attempts_are_remembered_for_the_reasoner_until_it_is_recovered():
         if world.time_s > 15.0:
             guard.policy = GuardPolicy(solid_line="autonomous")
 
-    seen = drive(world, 40.0, reasoner=RuleReasoner(), guard=guard, ladder=stubborn(), every_tick=yes_after_15_s)
+    seen = drive(world, 40.0, reasoner=AlwaysPasses(), guard=guard, ladder=stubborn(), every_tick=yes_after_15_s)
     scenes = [e.scene for e in seen.events if e.kind is EventKind.DECIDED]
     lengths = [len(s.attempts) for s in scenes]
     assert lengths[0] == 0
@@ -175,7 +189,7 @@ def test_after_a_recovery_the_next_episode_starts_without_memories():
         if world.time_s > 12.0:
             world.sight_m = 400.0
 
-    seen = drive(world, 90.0, reasoner=RuleReasoner(), every_tick=clears_up)
+    seen = drive(world, 90.0, reasoner=AlwaysPasses(), every_tick=clears_up)
     decided = [e for e in seen.events if e.kind is EventKind.DECIDED]
     assert any(e.scene.attempts for e in decided)
     assert decided[-1].scene.attempts == ()
@@ -186,7 +200,7 @@ def test_after_a_recovery_the_next_episode_starts_without_memories():
 def test_rejected_reasoner_gets_reason_at_once_then_cooldown():
     """A rejected reasoner is queried with the reason at once, and later only after the pause."""
     world = parked(sight_m=100.0)
-    seen = drive(world, 30.0, reasoner=RuleReasoner(), ladder=stubborn(cooldown_s=4.0))
+    seen = drive(world, 30.0, reasoner=AlwaysPasses(), ladder=stubborn(cooldown_s=4.0))
     decided = [e for e in seen.events if e.kind is EventKind.DECIDED]
     assert decided[1].time_s - decided[0].time_s == pytest.approx(0.05)
     assert "oncoming_sight" in decided[1].scene.attempts[0].outcome
@@ -203,7 +217,7 @@ def test_plan_with_new_route_replans_at_end():
         name = "onwards"
 
         def decide(self, request):
-            answer = RuleReasoner().decide(request)
+            answer = SearchReasoner().decide(request)
             decision = answer.decision
             if decision.plan is None:
                 return answer

@@ -9,10 +9,10 @@ import pytest
 from grids import each_value
 from stucksolver.plan import CONTINUE, Execute, GuidanceIntent, RecoveryPlan
 from stucksolver.plan.behaviors import BorrowOncomingLane, ChangeLane, KeepLane, Wait
-from stucksolver.reasoners import ReasonerAnswer, ReasonerError, ReasonerRequest, RuleReasoner
+from stucksolver.reasoners import ReasonerAnswer, ReasonerError
 from stucksolver.scene import LineKind
 from stucksolver.solver import EventKind
-from worlds import LANE_M, World, drive, straight_road, thing
+from worlds import LANE_M, World, drive, noticed, straight_road, thing
 
 TWO_WAY = straight_road()
 MULTI = straight_road(left=LineKind.BROKEN)
@@ -33,7 +33,7 @@ class Says:
 def planning(*behaviors, **plan):
     """A reasoner that answers everything with one plan."""
     fixed = RecoveryPlan(behaviors=behaviors, **plan)
-    return Says(lambda scene: RuleReasoner().decide(ReasonerRequest(scene)).decision.model_copy(update={"plan": fixed}))
+    return Says(lambda scene: noticed(scene).model_copy(update={"plan": fixed}))
 
 
 def raising(error):
@@ -148,7 +148,7 @@ def test_route_start_not_in_scene_is_rejected():
 @pytest.mark.parametrize("intent", [GuidanceIntent.WAIT, GuidanceIntent.UNCLEAR, GuidanceIntent.OVERTAKE])
 def test_an_answer_to_words_that_nobody_said_changes_nothing(intent):
     def answer(scene):
-        decision = RuleReasoner().decide(ReasonerRequest(scene)).decision
+        decision = noticed(scene)
         analysis = decision.analysis.model_copy(update={"guidance_intent": intent})
         return decision.model_copy(update={"analysis": analysis, "plan": None})
 

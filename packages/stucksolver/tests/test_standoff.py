@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import math
 from contextlib import ExitStack
-from dataclasses import replace
 
 import pytest
 
 from stucksolver.plan import RecoveryPlan, WaitReason
 from stucksolver.plan.behaviors import BackUp, Wait
-from stucksolver.reasoners import RuleReasoner
+from stucksolver.reasoners import ReasonerAnswer
 from stucksolver.scene import SceneEgo
 from stucksolver.solver import StuckSolver
-from worlds import World, drive, straight_road, stubborn, thing
+from worlds import World, drive, noticed, straight_road, stubborn, thing
 
 pytestmark = pytest.mark.integration
 LENGTH_M, GAP_M, OUT_M = 160.0, 8.0, 6.0
@@ -29,15 +28,15 @@ class DrawsLots:
         self.draws = []
 
     def decide(self, request):
-        answer = RuleReasoner().decide(request)
+        noted = noticed(request.scene)
         draw = request.scene.ego.yield_draw
         self.draws.append(draw)
         backs = draw is not None and draw < 0.5
         plan = RecoveryPlan(behaviors=(BackUp(distance_m=8.0, speed_mps=2.0), Wait(duration_s=10.0))) if backs else None
         changes = {"wait": None if backs else WaitReason.YIELD, "immobilized": backs}
-        analysis = answer.decision.analysis.model_copy(update=changes)
-        decision = answer.decision.model_copy(update={"plan": plan, "analysis": analysis})
-        return replace(answer, decision=decision, reasoner=self.name)
+        analysis = noted.analysis.model_copy(update=changes)
+        decision = noted.model_copy(update={"plan": plan, "analysis": analysis})
+        return ReasonerAnswer(decision, self.name)
 
 
 def as_seen_from_the_other_end(world, stood_s):

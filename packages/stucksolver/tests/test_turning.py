@@ -11,13 +11,12 @@ import pytest
 from stucksolver.guard import Guard, RejectCode
 from stucksolver.plan import RecoveryPlan
 from stucksolver.plan.behaviors import TurnAround
-from stucksolver.reasoners import ReasonerRequest, RuleReasoner
 from stucksolver.scene import CandidateWaypoint, FailedAttempt, ObjectKind, PlanFailure
 from stucksolver.solver.state_machine.execution import Execution
 from stucksolver.solver.state_machine.execution_steps import ExecutionOutcome
+from test_closed_road import row
 from test_guard_turning import WIDE, road_of
-from test_rules_closed import row
-from worlds import World, straight_road, thing
+from worlds import World, searched, straight_road, thing
 
 K = ObjectKind
 GUARD = Guard()
@@ -136,12 +135,12 @@ def behind(name="back", length_m=600.0, x_m=-9.0):
     )
 
 
-def decide(things, *waypoints, stopped_s=10.0, road=None, **more):
+def decide(things, *waypoints, stopped_s=25.0, road=None, **more):
     world = World(road or straight_road(), things)
     scene = world.scene()
     ego = scene.ego.model_copy(update={"stopped_for_s": stopped_s})
     scene = scene.model_copy(update={"ego": ego, "waypoints": waypoints, **more})
-    return RuleReasoner().decide(ReasonerRequest(scene)).decision
+    return searched(world, scene)
 
 
 CLOSED = row(-1.2, 5.0)
@@ -186,12 +185,12 @@ def test_turn_around_after_no_room_is_not_tried_again():
     assert "turn_round" not in names(decide(CLOSED, behind(), attempts=(failed,)))
 
 
-def test_road_blocked_for_60_s_turns_around():
-    """After an object has blocked the road for a minute, the ego turns around."""
+def test_road_without_a_way_past_is_left_after_20_s():
+    """After an object has left no way past for a while, the ego turns around."""
     tree = [thing("tree", 62.0, kind=K.DEBRIS, length=1.0, width=5.0)]
     narrow = straight_road(oncoming=None)
-    assert "turn_round" not in names(decide(tree, behind(), road=narrow, stopped_s=30.0))
-    assert names(decide(tree, behind(), road=narrow, stopped_s=61.0)) == ["turn_round"]
+    assert "turn_round" not in names(decide(tree, behind(), road=narrow, stopped_s=15.0))
+    assert names(decide(tree, behind(), road=narrow, stopped_s=21.0)) == ["turn_round"]
 
 
 def test_who_stands_in_a_queue_does_not_turn_round():

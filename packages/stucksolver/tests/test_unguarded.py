@@ -34,6 +34,6 @@ def test_what_has_no_path_is_refused_still():
 
 @pytest.mark.parametrize("recovery", ["none", "timers"])
 def test_only_a_recovery_with_a_guard_can_be_without_it(recovery):
-    check_arm(SystemSpec(recovery="rules", guarded=False))
+    check_arm(SystemSpec(recovery="search", guarded=False))
     with pytest.raises(SystemSpecError, match="--unguarded"):
         check_arm(SystemSpec(recovery=recovery, guarded=False))

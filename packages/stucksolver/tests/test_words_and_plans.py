@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import pytest
 
 from stucksolver.interpreter import NoInterpreter
 from stucksolver.plan import Execute, RecoveryPlan, intent_authorizes, plan_matches_intent
 from stucksolver.plan.behaviors import BackUp, BorrowOncomingLane, ChangeLane, KeepLane, PullOver
-from stucksolver.reasoners import RuleReasoner
+from stucksolver.reasoners import ReasonerAnswer
 from stucksolver.scene import GuidanceIntent, LineKind, ObjectKind
 from stucksolver.solver import EventKind
-from worlds import READER, World, drive, ladder, said, straight_road, stubborn, thing
+from worlds import READER, World, drive, ladder, noticed, said, straight_road, stubborn, thing
 
 TWO_WAY = straight_road()
 OVERTAKE = RecoveryPlan(behaviors=(BorrowOncomingLane(past_object_id="far", speed_mps=11.0),))
@@ -29,10 +27,9 @@ class Untrusted:
 
     def decide(self, request):
         self.asked += 1
-        answer = RuleReasoner().decide(request)
-        decision = answer.decision
+        decision = noticed(request.scene)
         analysis = decision.analysis.model_copy(update={"guidance_intent": GuidanceIntent.OVERTAKE})
-        return replace(answer, decision=decision.model_copy(update={"plan": self._plan, "analysis": analysis}))
+        return ReasonerAnswer(decision.model_copy(update={"plan": self._plan, "analysis": analysis}), self.name)
 
 
 def cyclists():

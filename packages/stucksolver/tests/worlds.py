@@ -15,6 +15,7 @@ from stucksolver.ladder import Approval, Ladder, profile
 from stucksolver.plan import Decision, Directive, Execute, SafeStop, WaitLimits, intent_authorizes
 from stucksolver.plan.behaviors import REGISTRY, describe
 from stucksolver.reasoners import ReasonerRequest, SearchReasoner
+from stucksolver.reasoners.duties import decide_wait
 from stucksolver.scene import (
     ControlKind,
     EgoState,
@@ -269,6 +270,11 @@ def searched(world: World, scene: Scene | None = None, limits: WaitLimits | None
     reading = None if scene.guidance is None else scene.guidance.reading
     preview = PlanPreview(Guard(), world.view(), lambda plan: intent_authorizes(reading, plan))
     return SearchReasoner(limits).decide(ReasonerRequest(scene, assess=preview.assess)).decision
+
+
+def noticed(scene: Scene) -> Decision:
+    """The observation and analysis of a scene, for a stand-in reasoner that adds a plan of its own."""
+    return decide_wait(scene, WaitLimits())
 
 
 def ladder(

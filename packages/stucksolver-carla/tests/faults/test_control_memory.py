@@ -8,7 +8,6 @@ from hypothesis import strategies as st
 
 from stucksolver.guard import Approvals, Guard, RejectCode
 from stucksolver.plan.behaviors import AbortAction, BackUp, Creep, KeepLane
-from stucksolver.reasoners import RuleReasoner
 from stucksolver.record import Recorder, replay
 from stucksolver.scene import ControlKind, LightState, TrafficControl
 from stucksolver.scene.frenet_scene import FrenetScene
@@ -253,7 +252,7 @@ def test_solver_passes_no_red_light_that_flickers(tmp_path):
     """The whole drive, and its record derived again: what the guard saw is in it."""
     world = Flickering(ROAD, [thing("lead", 80.0, hazard=True)], x=63.0, cruise_mps=0.0)
     with Recorder(tmp_path) as recorder:
-        told = drive(world, 40.0, reasoner=RuleReasoner(), ladder=stubborn(), record=recorder)
+        told = drive(world, 40.0, ladder=stubborn(), record=recorder)
     assert world.x + FRONT_M < LINE_X
     assert any(RejectCode.RED_LIGHT.value in text for text in told.texts(EventKind.DECIDED)), told.events
     assert recorder.files and all(replay(file).matches for file in recorder.files)

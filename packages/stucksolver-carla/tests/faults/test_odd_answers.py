@@ -16,7 +16,7 @@ from stucksolver import CONTINUE, StuckSolver
 from stucksolver.guard import RejectCode
 from stucksolver.plan import Analysis, CauseCode, Decision, Observation, RecoveryPlan
 from stucksolver.plan.behaviors import BorrowOncomingLane, KeepLane, Wait
-from stucksolver.reasoners import ReasonerAnswer, ReasonerTrace, RuleReasoner
+from stucksolver.reasoners import ReasonerAnswer, ReasonerTrace, SearchReasoner
 from stucksolver.record import Recorder, replay
 from stucksolver.scene.bounded_values import DEEPEST, MalformedError, read_again
 from stucksolver.solver import EventKind
@@ -244,11 +244,11 @@ def test_record_odd_answers_are_replayed(tmp_path):
 
 
 class Asks(Odd):
-    """Has the guard check an odd plan, and then answers as the rules do."""
+    """Has the guard check an odd plan, and then answers as the search does."""
 
     def decide(self, request):
         self.verdict = request.check(self.answer)
-        return RuleReasoner().decide(request)
+        return SearchReasoner().decide(request)
 
 
 @pytest.mark.parametrize("what", PLANS)

@@ -9,7 +9,6 @@ import pytest
 carla = pytest.importorskip("carla")
 
 from stucksolver.plan import Directive, Execute  # noqa: E402
-from stucksolver.reasoners import RuleReasoner  # noqa: E402
 from stucksolver.solver import Event, EventKind, StuckSolver  # noqa: E402
 from stucksolver_carla.client_connection import SimulatorServer  # noqa: E402
 from stucksolver_carla.drivers.behavior import BehaviorDriver  # noqa: E402
@@ -53,7 +52,6 @@ class Crossing:
         self.events: list[Event] = []
         self.solver = StuckSolver(
             self.stack.scene,
-            reasoner=RuleReasoner(),
             ladder="evaluation",
             clock="lockstep",
             on_event=self.events.append,

@@ -10,7 +10,7 @@ import mind
 import pytest
 from chat_server import Fault, behaviors_of
 
-from stucksolver.reasoners import ReasonerError, ReasonerRequest, RuleReasoner
+from stucksolver.reasoners import ReasonerError, ReasonerRequest, SearchReasoner
 from stucksolver.reasoners.factory import make_reasoner
 from stucksolver.reasoners.fallback import FallbackReasoner
 from stucksolver.reasoners.registry import ReasonerNameError
@@ -135,16 +135,16 @@ def test_record_of_an_older_version_is_replayed(server, tmp_path):
 def test_the_next_reasoner_answers_when_the_first_has_none(server):
     server.faults.extend([Fault(status=401, error={"message": "no"})] * 2)
     first = LanguageModelReasoner(OpenAiChat("reader", server.url), settings=ModelSettings(deadline_s=1.0))
-    both = FallbackReasoner([first, RuleReasoner()])
-    assert both.decide(ReasonerRequest(scene())).decision == RuleReasoner().decide(ReasonerRequest(scene())).decision
+    both = FallbackReasoner([first, SearchReasoner()])
+    assert both.decide(ReasonerRequest(scene())).decision == SearchReasoner().decide(ReasonerRequest(scene())).decision
     assert "OPENAI_API_KEY" in both.failures[0]
 
 
 def test_reasoners_have_names_on_the_command_line():
-    both = make_reasoner("openai:gpt-4o-2024-08-06@http://127.0.0.1:9/v1, rules")
+    both = make_reasoner("openai:gpt-4o-2024-08-06@http://127.0.0.1:9/v1, search")
     assert [r.name for r in both.reasoners] == [
         "openai:gpt-4o-2024-08-06@http://127.0.0.1:9/v1 (prompt 6)",
-        RuleReasoner().name,
+        SearchReasoner().name,
     ]
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from stucksolver.reasoners import ReasonerError, ReasonerRequest, RuleReasoner, fallback
+from stucksolver.reasoners import ReasonerError, ReasonerRequest, SearchReasoner, fallback
 from stucksolver.reasoners.fallback import FallbackReasoner
 from worlds import World, straight_road, thing
 
@@ -47,17 +47,17 @@ class Slow:
 @pytest.mark.parametrize(("share", "left_s"), [(0.0, 0.4), (0.5, 0.3), (1.0, 0.2), (1.5, 0.1), (3.0, 0.0)])
 def test_the_one_before_leaves_its_share_to_the_one_after(clock, share, left_s):
     first, second = Slow(share, clock), Slow()
-    both = FallbackReasoner([first, second, RuleReasoner()])
+    both = FallbackReasoner([first, second, SearchReasoner()])
     assert (
         both.decide(ReasonerRequest(SCENE, deadline_s=0.4)).decision
-        == RuleReasoner().decide(ReasonerRequest(SCENE)).decision
+        == SearchReasoner().decide(ReasonerRequest(SCENE)).decision
     )
     assert first.limits == [pytest.approx(0.2)]
     assert second.limits == [pytest.approx(left_s, abs=1e-9)]
 
 
-def test_rules_take_no_time_from_a_model():
+def test_search_takes_no_time_from_a_model():
     model = Slow()
-    both = FallbackReasoner([model, RuleReasoner()])
+    both = FallbackReasoner([model, SearchReasoner()])
     both.decide(ReasonerRequest(SCENE, deadline_s=30.0))
     assert model.limits == [30.0]

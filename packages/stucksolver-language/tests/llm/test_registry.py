@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from stucksolver.reasoners import ReasonerAnswer, ReasonerRequest, RuleReasoner
+from stucksolver.reasoners import ReasonerAnswer, ReasonerRequest, SearchReasoner
 from stucksolver.reasoners.factory import HELP, make_reasoner, sees
 from stucksolver.reasoners.registry import KINDS, ReasonerKind, ReasonerNameError, register
 from worlds import World, straight_road, thing
@@ -16,7 +16,7 @@ class Mine:
     name = "mine"
 
     def decide(self, request: ReasonerRequest) -> ReasonerAnswer:
-        return ReasonerAnswer(RuleReasoner().decide(request).decision, self.name)
+        return ReasonerAnswer(SearchReasoner().decide(request).decision, self.name)
 
 
 class Odd:
@@ -32,7 +32,7 @@ def test_ones_own_is_named_by_module_and_class():
     scene = World(straight_road(), [thing("car", 60.0)]).scene()
     answer = make_reasoner(f"own:{__name__}:Mine").decide(ReasonerRequest(scene))
     assert answer.reasoner == "mine"
-    assert answer.decision == RuleReasoner().decide(ReasonerRequest(scene)).decision
+    assert answer.decision == SearchReasoner().decide(ReasonerRequest(scene)).decision
 
 
 @pytest.mark.parametrize(
@@ -43,9 +43,9 @@ def test_ones_own_is_named_by_module_and_class():
         (f"own:{__name__}:Nobody", "AttributeError"),
         (f"own:{__name__}:Raises", "RuntimeError: no weights"),
         (f"own:{__name__}:Odd", "has no name and no decide"),
-        ("rules:fast", "rules takes no 'fast'"),
+        ("search:fast", "search takes no 'fast'"),
         ("recorded:", "no folder in name"),
-        ("ruels", "unknown reasoner 'ruels': use rules, "),
+        ("serach", "unknown reasoner 'serach': use search, "),
     ],
 )
 def test_what_cannot_be_made_is_said_with_the_reason(words, why):
@@ -56,8 +56,8 @@ def test_what_cannot_be_made_is_said_with_the_reason(words, why):
 def test_reasoner_help_is_complete_and_duplicate_name_rejected():
     """The help names every kind of reasoner, and a name cannot be registered twice."""
     assert all(kind.form in HELP for kind in KINDS.values())
-    with pytest.raises(ValueError, match="already a kind of reasoner named 'rules'"):
-        register(ReasonerKind("rules", "rules", lambda rest, exchanges: RuleReasoner()))
+    with pytest.raises(ValueError, match="already a kind of reasoner named 'search'"):
+        register(ReasonerKind("search", "search", lambda rest, exchanges: SearchReasoner()))
 
 
 @pytest.mark.parametrize(

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from stucksolver.ladder import WaitPolicy, profile
 from stucksolver.plan import RecoveryPlan
-from stucksolver.reasoners import ReasonerAnswer, ReasonerError, ReasonerRequest, RuleReasoner
+from stucksolver.reasoners import ReasonerAnswer, ReasonerError
 from stucksolver.scene import LineKind
-from worlds import World, straight_road, thing
+from worlds import World, noticed, straight_road, thing
 
 TWO_WAY, SOLID = straight_road(), straight_road(oncoming=LineKind.SOLID)
 QUICK = {"rules": {"tries": 2, "cooldown_s": 0.5, "repair_rounds": 0}, "passenger": {"within_s": 4.0}}
@@ -26,7 +26,7 @@ class Says:
 
 def planning(*behaviors):
     plan = RecoveryPlan(behaviors=behaviors)
-    return Says(lambda scene: RuleReasoner().decide(ReasonerRequest(scene)).decision.model_copy(update={"plan": plan}))
+    return Says(lambda scene: noticed(scene).model_copy(update={"plan": plan}))
 
 
 def helpless():

@@ -14,11 +14,11 @@ from stucksolver.guard import RejectCode
 from stucksolver.ladder import profile
 from stucksolver.plan import Execute, RecoveryPlan
 from stucksolver.plan.behaviors import BackUp, BorrowOncomingLane, ChangeLane, KeepLane, Wait
-from stucksolver.reasoners import ReasonerError, ReasonerRequest, RuleReasoner
+from stucksolver.reasoners import ReasonerError, SearchReasoner
 from stucksolver.scene import LineKind
 from stucksolver.solver import EventKind, QuestionKind
 from stucksolver.solver.state_machine.history import AttemptHistory
-from worlds import LANE_M, World, drive, ladder, red_light, straight_road, stubborn, thing
+from worlds import LANE_M, World, drive, ladder, noticed, red_light, straight_road, stubborn, thing
 
 # ---- deadlines
 
@@ -31,7 +31,7 @@ def test_a_rungs_deadline_is_told_to_its_reasoner():
             self.told = (*self.told, request.deadline_s)
             return super().decide(request)
 
-    model = Slow(lambda scene: RuleReasoner().decide(ReasonerRequest(scene)).decision, name="slow")
+    model = Slow(lambda scene: noticed(scene), name="slow")
     rungs = {"model": {"deadline_s": 240.0}, "rules": {"tries": 1, "cooldown_s": 0.5, "repair_rounds": 0}}
     world = World(TWO_WAY, [thing("lead", 75.0)], x=66.0)
     drive(world, 20.0, ladder=ladder(rungs=rungs), reasoner=helpless(), models={"model": model})
@@ -72,7 +72,7 @@ def test_ladder_endless_legitimate_wait_ends_in_safe_stop():
     """A model that always has a reason to wait is accepted only up to the limit of that wait."""
 
     def always_people(scene):
-        decision = RuleReasoner().decide(ReasonerRequest(scene)).decision
+        decision = noticed(scene)
         analysis = decision.analysis.model_copy(update={"wait": "people", "immobilized": False})
         return decision.model_copy(update={"analysis": analysis, "plan": None})
 
@@ -126,14 +126,14 @@ def test_without_a_model_its_rung_is_left_out():
 
 
 @pytest.mark.integration
-def test_ladder_rules_without_plan_queries_model():
-    """The model is queried when the rules have no plan."""
-    model = Says(lambda scene: RuleReasoner().decide(ReasonerRequest(scene)).decision, "clever")
+def test_ladder_first_reasoner_without_plan_queries_model():
+    """The model is queried when the first reasoner has no plan."""
+    model = SearchReasoner()
     world = stuck()
     seen = drive(world, 20.0, reasoner=helpless(), models={"model": model}, ladder=ladder(rungs=QUICK))
     assert EventKind.RECOVERED in seen.kinds()
     decided = next(e for e in seen.events if e.kind is EventKind.DECIDED)
-    assert (decided.rung, decided.reasoner) == ("model", "clever")
+    assert (decided.rung, decided.reasoner) == ("model", "search")
 
 
 def test_tries_are_counted_and_pauses_kept():
@@ -180,7 +180,8 @@ def test_ladder_plan_timed_out_is_not_started_again():
     world = stuck()
     world._along = lambda directive: None
     world.cruise_mps = 0.0
-    seen = drive(world, 60.0, reasoner=RuleReasoner(), ladder=stubborn())
+    borrow = planning(BorrowOncomingLane(past_object_id="lead", speed_mps=5.5))
+    seen = drive(world, 60.0, ladder=stubborn(), reasoner=borrow)
     assert seen.kinds().count(EventKind.STARTED) == 1
     again = [e.verdict for e in seen.events if e.verdict and not e.verdict.accepted]
     assert again and all("failed before: timeout" in str(v) for v in again)

@@ -8,7 +8,7 @@ from climbing import QUICK, SOLID, STANDING_STILL, TWO_WAY, stuck
 from stucksolver import CONTINUE, SafeStop, StuckSolver
 from stucksolver.ladder import Resume, profile
 from stucksolver.plan import Execute
-from stucksolver.reasoners import ReasonerError, RuleReasoner
+from stucksolver.reasoners import ReasonerError, SearchReasoner
 from stucksolver.solver import EventKind, QuestionError, QuestionKind
 from worlds import LANE_M, World, ladder, straight_road, thing
 
@@ -27,7 +27,7 @@ def test_the_passenger_is_asked_and_may_answer_in_words(answer):
         def decide(self, request):
             if request.scene.guidance is None:
                 raise ReasonerError("no idea")
-            return RuleReasoner().decide(request)
+            return SearchReasoner().decide(request)
 
     with StuckSolver(
         world.scene,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from stucksolver.guard.adjacent_traffic import is_followed_lead
@@ -279,9 +281,9 @@ def speed(case: CheckContext) -> list[RejectReason]:
 def stop_line(case: CheckContext) -> list[RejectReason]:
     """Check that a stop line is crossed only at a green light, or at a creep after a stop at a dark light or stop sign.
 
-    Only an operator may approve crossing at a red light, and only at a creep. While a plan runs, a line is ignored if
-    comfortable braking can no longer stop before it. The plan ends if a light goes dark or a stop sign becomes visible,
-    because the plan did not begin from a stop there.
+    Only an operator may approve crossing at a red light, and only if the whole path is at a creep. While a plan runs, a
+    line is ignored if comfortable braking can no longer stop before it. The plan ends if a light goes dark or a stop
+    sign becomes visible, because the plan did not begin from a stop there.
     """
     ego = case.view.ego
     reach = case.path.end_s + ego.length_m / 2 - case.view.ego_front_s
@@ -295,9 +297,7 @@ def stop_line(case: CheckContext) -> list[RejectReason]:
             continue
         if light and control.state is not LightState.OFF:
             state = control.state.value if control.state else "unknown"
-            if not (
-                case.approvals.cover("red_light", ApprovalLevel.OPERATOR) and _creeps_over(case, control.distance_m)
-            ):
+            if not (case.approvals.cover("red_light", ApprovalLevel.OPERATOR) and _creeps_over(case, math.inf)):
                 return [
                     RejectReason(code=RejectCode.RED_LIGHT, detail=f"{state} light {control.distance_m:.0f} m ahead")
                 ]
@@ -331,6 +331,6 @@ def _was_stopped_at(case: CheckContext, distance_m: float) -> bool:
 
 
 def _creeps_over(case: CheckContext, distance_m: float) -> bool:
-    """True if the path stays at walking pace until the front bumper is over a line."""
+    """True if the path stays at walking pace until the front bumper is over a line `distance_m` ahead (m)."""
     before = case.path.s <= case.path.s[0] + max(distance_m, 0.0) + case.policy.controls.creeps_past_m
     return bool((case.path.speed[before] <= case.policy.speeds.creep_mps + EPSILON).all())

@@ -97,19 +97,19 @@ def _searched(
     d_to: float,
     speed_mps: float,
     lanes: tuple[Lane, ...],
-    too_near: tuple[str, str],
+    too_near: tuple[str, str, float],
 ) -> FrenetPath:
     """Return a searched path to `d_to`; see `lateral_shift`. `too_near`: what the tightest shift comes too near to."""
     try:
         path = search_path(view, start, Goal(d_to, start.s_m + SPAN_M), lanes)
     except NoPathError as error:
-        object_id, short = too_near
+        object_id, short, short_m = too_near
         way_there, side = start.s_m - view.ego_s, abs(d_to - start.d_m)
         failure, text = PlanFailure.NO_SPACE_TO_PULL_AROUND, f"no room to pull out by {side:.1f} m: {short}"
         if way_there > LATER_M:
             failure = PlanFailure.NO_ROOM_TO_COME_BACK
             text = f"no room to return by {side:.1f} m, {way_there:.0f} m ahead: {short}"
-        raise error.said_as(failure, text, object_id) from None
+        raise error.said_as(failure, text, object_id, error.short_m or short_m) from None
     return _slowed(view, path.within(speed_mps), start.yaw_rad)
 
 
@@ -157,9 +157,12 @@ def _clearances(view: FrenetScene, which: Array, step: int) -> Array:
     return np.where(view.vulnerable[which], VULNERABLE_CORNER_CLEARANCES_M[step], CORNER_CLEARANCES_M[step])
 
 
-def _too_near(view: FrenetScene, which: Array, nearest_m: Array) -> tuple[str, str]:
-    """Return the id of the object that lacks the most clearance on the tightest shift, and its gaps in words."""
+def _too_near(view: FrenetScene, which: Array, nearest_m: Array) -> tuple[str, str, float]:
+    """Return the id of the object that lacks the most clearance on the tightest shift, the gaps in words, and the lack
+    (m).
+    """
     required_m = _clearances(view, which, len(CORNER_CLEARANCES_M) - 1)
     k = int(np.argmax(required_m - nearest_m))
     obj = view.objects[int(which[k])]
-    return obj.id, f"{obj.kind.value} {obj.id}: gap {max(nearest_m[k], 0.0):.2f} m, required {required_m[k]:.2f} m"
+    gap_m, least_m = max(float(nearest_m[k]), 0.0), float(required_m[k])
+    return obj.id, f"{obj.kind.value} {obj.id}: gap {gap_m:.2f} m, required {least_m:.2f} m", least_m - gap_m

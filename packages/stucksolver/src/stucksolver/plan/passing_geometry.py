@@ -20,6 +20,8 @@ that is ajar. Ours.
 """
 VULNERABLE_CLEARANCE_M, NARROW_VULNERABLE_CLEARANCE_M = 1.7, 1.35
 """The same for pedestrians and cyclists (m). Ours."""
+IN_WAY_M = 0.3
+"""An object nearer than this beside the body of an ego in the middle of its lane is in the way (m). Ours."""
 QUICK_MPS = 5.6
 """Speed above which the clearances grow (m/s): just over 20 km/h."""
 QUICK_CLEARANCE_M, QUICK_VULNERABLE_CLEARANCE_M = 1.28, 3.05
@@ -212,12 +214,16 @@ def _passed(view: FrenetScene, start: BehaviorStart, object_id: str) -> tuple[in
 
 
 def _group(view: FrenetScene, start: BehaviorStart, target: int) -> list[int]:
-    """Return the target, the objects in the ego's lane before it, and the objects that are too close beyond it."""
-    half = view.ego.width_m / 2 + 0.3
+    """Return the target, the objects in the ego's way before it, and the objects that are too close beyond it.
+
+    A person on the right is in the way also at the edge of the lane, if the ego in its middle comes too near.
+    """
+    at_edge = view.vulnerable & (view.d < 0.0)
+    half = view.ego.width_m / 2 + np.where(at_edge, NARROW_VULNERABLE_CLEARANCE_M, IN_WAY_M)
     in_path = [
         int(i)
         for i in np.argsort(view.s)
-        if abs(view.d[i]) - view.across[i] < half and view.s[i] + view.along[i] > start.s_m and view.vs[i] > -0.5
+        if abs(view.d[i]) - view.across[i] < half[i] and view.s[i] + view.along[i] > start.s_m and view.vs[i] > -0.5
     ]
     group: list[int] = []
     for i in in_path:

@@ -7,7 +7,6 @@ they no longer change. A caller checks the result, because a penalty lets a boun
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import lru_cache
 
 import numpy as np
 
@@ -25,15 +24,13 @@ SETTLED_M = 1e-3
 PINNED = 3
 """Stations before the start and after the goal that hold the heading and the straight wheels there."""
 
+SECOND = np.array([1.0, -2.0, 1.0]) / STEP_M**2
+"""Second difference, per meter squared."""
+THIRD = np.array([-1.0, 3.0, -3.0, 1.0]) / STEP_M**3
+"""Third difference, per meter cubed."""
+
 Bounds = Callable[[Array], tuple[Array, Array]]
 """Returns the least and greatest offsets (stations,) (m) for the present offsets (stations,) (m)."""
-
-
-@lru_cache(maxsize=64)
-def _differences(count: int) -> tuple[Array, Array]:
-    """Return the matrices of second and of third differences for `count` stations, per meter squared and cubed."""
-    second = np.diff(np.eye(count), n=2, axis=0) / STEP_M**2
-    return second, np.diff(second, axis=0) / STEP_M
 
 
 def smooth(offsets: Array, slope: float, keep: float, bounds: Bounds, bend_limits: tuple[Array, Array]) -> Array:
@@ -53,24 +50,24 @@ def smooth(offsets: Array, slope: float, keep: float, bounds: Bounds, bend_limit
     ahead_of_it = offsets[0] + slope * STEP_M * np.arange(-PINNED, 0)
     x = np.concatenate([ahead_of_it, offsets, np.full(PINNED, offsets[-1])])
     wanted = x.copy()
-    second, third = _differences(len(x))
-    free = slice(PINNED + 1, PINNED + count - 1)
-    plain = BEND_WEIGHT * second.T @ second + STEER_WEIGHT * third.T @ third
-    plain[np.diag_indices(len(x))] += keep
+    plain = [np.zeros(len(x) - k) for k in range(len(THIRD))]
+    plain[0] += keep
+    add_squares(plain, SECOND, np.full(len(x) - 2, BEND_WEIGHT))
+    add_squares(plain, THIRD, np.full(len(x) - 3, STEER_WEIGHT))
     low_bend, high_bend = (np.pad(limit, (PINNED - 1, PINNED - 1), mode="edge") for limit in bend_limits)
     for _ in range(ROUNDS):
         before = x
         low, high = bounds(x[PINNED : PINNED + count])
         active: tuple[bytes, ...] = ()
         for _ in range(ITERATIONS):
-            inside, bend = x[PINNED : PINNED + count], second @ x
+            inside, bend = x[PINNED : PINNED + count], np.convolve(x, SECOND, mode="valid")
             off, bent = (inside < low) | (inside > high), (bend < low_bend) | (bend > high_bend)
             now = (off.tobytes(), bent.tobytes())
             if now == active:
                 break
             active = now
             sides = np.clip(inside, low, high), np.clip(bend, low_bend, high_bend)
-            x = _solved(x, wanted, plain, keep, free, (off, sides[0]), (bent, sides[1]), second)
+            x = _solved(x, wanted, plain, keep, (off, sides[0]), (bent, sides[1]))
         if np.abs(x - before).max() < SETTLED_M:
             break
     result: Array = x[PINNED : PINNED + count]
@@ -80,24 +77,77 @@ def smooth(offsets: Array, slope: float, keep: float, bounds: Bounds, bend_limit
 def _solved(
     x: Array,
     wanted: Array,
-    plain: Array,
+    plain: list[Array],
     keep: float,
-    free: slice,
     offset: tuple[Array, Array],
     bend: tuple[Array, Array],
-    second: Array,
 ) -> Array:
     """Return the offsets of least cost if the active bounds `(active, target)` on offset and curvature hold."""
-    matrix, right = plain.copy(), keep * wanted
-    where = PINNED + np.flatnonzero(offset[0])
-    matrix[where, where] += BOUND_WEIGHT
-    right[where] += BOUND_WEIGHT * offset[1][offset[0]]
-    rows = second[bend[0]]
-    matrix += BOUND_WEIGHT * rows.T @ rows
-    right += BOUND_WEIGHT * rows.T @ bend[1][bend[0]]
-    fixed = np.ones(len(x), dtype=bool)
-    fixed[free] = False
-    right = right[free] - matrix[free][:, fixed] @ x[fixed]
+    bands, right = [band.copy() for band in plain], keep * wanted
+    inside = slice(PINNED, len(x) - PINNED)
+    bands[0][inside] += BOUND_WEIGHT * offset[0]
+    right[inside] += BOUND_WEIGHT * offset[0] * offset[1]
+    weights = BOUND_WEIGHT * bend[0]
+    add_squares(bands, SECOND, weights)
+    for k, factor in enumerate(SECOND):
+        right[k : k + len(weights)] += factor * weights * bend[1]
+    # The first and the last of the offsets inside are held as well.
+    begin, end = PINNED + 1, len(x) - PINNED - 1
+    held = x.copy()
+    held[begin:end] = 0.0
+    right -= _times(bands, held)
     solved: Array = x.copy()
-    solved[free] = np.linalg.solve(matrix[free, free], right)
+    solved[begin:end] = solve_banded([band[begin : end - k] for k, band in enumerate(bands)], right[begin:end])
     return solved
+
+
+def add_squares(bands: list[Array], stencil: Array, weights: Array) -> None:
+    """Add the matrix of the sum of weighted squares of differences to a symmetric banded matrix.
+
+    Args:
+        bands: Diagonals from the main one upward; diagonal `k` has `k` elements less than the main one.
+        stencil: Factors of neighboring values in each difference.
+        weights: (rows,): weight of each difference.
+    """
+    for k in range(len(stencil)):
+        for a in range(len(stencil) - k):
+            bands[k][a : a + len(weights)] += stencil[a] * stencil[a + k] * weights
+
+
+def _times(bands: list[Array], x: Array) -> Array:
+    """Return the product of a symmetric banded matrix and a vector."""
+    result: Array = bands[0] * x
+    for k, band in enumerate(bands[1:], start=1):
+        result[:-k] += band * x[k:]
+        result[k:] += band * x[:-k]
+    return result
+
+
+def solve_banded(bands: list[Array], right: Array) -> Array:
+    """Return the solution of a symmetric, positive definite system with three diagonals above the main one.
+
+    Plain arithmetic, one row after the other: for some 200 rows a threaded dense solver takes longer, several times so
+    on a busy machine, and its rounding depends on the processor.
+    """
+    main, first, second, third = (band.tolist() for band in bands)
+    count, solution = len(main), right.tolist()
+    first, second, third = [*first, 0.0], [*second, 0.0, 0.0], [*third, 0.0, 0.0, 0.0]
+    for i in range(count):
+        # The factors of the three rows above: L D L^T, in place.
+        if i > 0:
+            main[i] -= first[i - 1] ** 2 * main[i - 1]
+            first[i] -= first[i - 1] * second[i - 1] * main[i - 1]
+            second[i] -= first[i - 1] * third[i - 1] * main[i - 1]
+            solution[i] -= first[i - 1] * solution[i - 1]
+        if i > 1:
+            main[i] -= second[i - 2] ** 2 * main[i - 2]
+            first[i] -= second[i - 2] * third[i - 2] * main[i - 2]
+            solution[i] -= second[i - 2] * solution[i - 2]
+        if i > 2:
+            main[i] -= third[i - 3] ** 2 * main[i - 3]
+            solution[i] -= third[i - 3] * solution[i - 3]
+        first[i], second[i], third[i] = first[i] / main[i], second[i] / main[i], third[i] / main[i]
+    solution = [value / factor for value, factor in zip(solution, main, strict=True)] + [0.0] * 3
+    for i in reversed(range(count)):
+        solution[i] -= first[i] * solution[i + 1] + second[i] * solution[i + 2] + third[i] * solution[i + 3]
+    return np.array(solution[:count])

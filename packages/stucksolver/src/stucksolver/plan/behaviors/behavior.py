@@ -307,8 +307,9 @@ class NoPathError(Exception):
         """
         return None if self._find_back_up is None else self._find_back_up()
 
-    def said_as(self, failure: PlanFailure, text: str, object_id: str | None = None) -> NoPathError:
-        """Return the same error with another code and text, and with another object if one is given."""
-        return NoPathError(
-            failure, text, object_id=object_id or self.object_id, short_m=self.short_m, find_back_up=self._find_back_up
-        )
+    def said_as(
+        self, failure: PlanFailure, text: str, object_id: str | None = None, short_m: float | None = None
+    ) -> NoPathError:
+        """Return the same error with another code and text, and with another object and lack (m) if given."""
+        object_id, short_m = object_id or self.object_id, self.short_m if short_m is None else short_m
+        return NoPathError(failure, text, object_id=object_id, short_m=short_m, find_back_up=self._find_back_up)

@@ -16,6 +16,8 @@ MOST_PROGRESS_M = 60.0
 """Greatest progress that counts (m). Ours."""
 WORTH_M = 10.0
 """A plan is worth driving if it leads this much further than the free road ahead of the ego now (m). Ours."""
+LEAST_PROGRESS_M = 5.0
+"""A plan that ends less than this ahead of where it began is not worth driving (m). Ours."""
 PROVEN_M, PROVEN_WEIGHT = 15.0, 1.5
 """Progress under the guard's proof counts more than the road after it, up to this distance (m). What has stopped the
 ego may stop it again there: a recovery is 15 m of progress. Ours.
@@ -70,6 +72,8 @@ def value_m(plan: RecoveryPlan, assessment: PlanAssessment) -> float:
 
 def is_worth_driving(assessment: PlanAssessment, free_now_m: float) -> bool:
     """True if a plan leads further than the free road ahead of the ego now. `free_now_m`: that distance (m)."""
+    if assessment.progress_m < LEAST_PROGRESS_M:
+        return False
     gain = min(assessment.progress_m + assessment.free_m, MOST_PROGRESS_M)
     return gain >= min(free_now_m + WORTH_M, MOST_PROGRESS_M) or (
         # Beyond `NEAR_M` nothing in the path has stopped the ego: a free road is worth driving on.
