@@ -1,6 +1,6 @@
 """Your own agent in an evaluation: follows the route with pure pursuit, and stops behind whatever is ahead.
 
-    stucksolver evaluate --suite dev --routes 1242 --driver examples.own_driver:PurePursuit --recovery rules --out own
+    stucksolver evaluate --suite dev --routes 1242 --driver examples.own_driver:PurePursuit --recovery search --out own
 
 StuckSolver drives its plans itself. While no plan runs, the agent provides the control.
 """

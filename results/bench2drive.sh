@@ -1,9 +1,9 @@
 #!/bin/sh
 # Runs Bench2Drive's unmodified evaluator with the entry of stucksolver_bridge. Resumes after an interruption.
 #
-#   results/bench2drive.sh alone|timers|rules|guided|blind|sensors-alone|sensors-rules SEED OUT
+#   results/bench2drive.sh alone|timers|search|guided|blind|sensors-alone|sensors-search SEED OUT
 #
-# `guided` copies the routes on which nobody says anything from `rules`, if that has been driven. `sensors-*` drive with
+# `guided` copies the routes on which nobody says anything from `search`, if that has been driven. `sensors-*` drive with
 # our own planner.
 #
 # Each route is a separate run, so that a route that hangs affects no other. Environment:
@@ -33,10 +33,10 @@ case $arm in
 alone) config='"recovery": "none"' ;;
 blind) config='"recovery": "none", "obstacles": false' ;;
 timers) config='"recovery": "timers"' ;;
-rules) config='"recovery": "rules"' ;;
-guided) config="\"recovery\": \"rules\", \"guidance\": \"$here/bench2drive-guidance.json\"" ;;
+search) config='"recovery": "search"' ;;
+guided) config="\"recovery\": \"search\", \"guidance\": \"$here/bench2drive-guidance.json\"" ;;
 sensors-alone) config='"recovery": "none"' ;;
-sensors-rules) config='"recovery": "rules"' ;;
+sensors-search) config='"recovery": "search"' ;;
 *)
     echo "unknown arm $arm" >&2
     exit 2
@@ -53,7 +53,7 @@ sensors-*)
 esac
 # If nobody speaks, guidance changes nothing: the run without it is used for both.
 silent=
-if [ "$arm" = guided ]; then silent=rules; fi
+if [ "$arm" = guided ]; then silent=search; fi
 echo "{$config, \"python\": \"$SOLVER\", \"events\": \"$out/events\", \"record\": \"$out/record\"}" >"$out/config"
 
 code=$BENCH2DRIVE/leaderboard:$BENCH2DRIVE/scenario_runner

@@ -21,19 +21,19 @@ arm() {
 four_arms() {
     arm alone --recovery none "$@"
     arm timers --recovery timers "$@"
-    arm rules --recovery rules "$@"
-    arm guided --recovery rules --guidance shipped --reuse "$out/rules" "$@"
+    arm search --recovery search "$@"
+    arm guided --recovery search --guidance shipped --reuse "$out/search" "$@"
 }
 
 planner_arms() {
     arm planner-alone --driver planner --recovery none "$@"
     arm planner-timers --driver planner --recovery timers "$@"
-    arm planner-rules --driver planner --recovery rules "$@"
+    arm planner-search --driver planner --recovery search "$@"
 }
 
 late_arms() {
-    arm rules-late --recovery rules --clock latency:2.8 "$@"
-    arm guided-late --recovery rules --guidance shipped --clock latency:2.8 --reuse "$out/rules-late" "$@"
+    arm search-late --recovery search --clock latency:2.8 "$@"
+    arm guided-late --recovery search --guidance shipped --clock latency:2.8 --reuse "$out/search-late" "$@"
 }
 
 wrong() {
@@ -55,11 +55,11 @@ guided)
     for suite in bench220 immobilized dev; do
         words=$(dirname "$0")/../packages/stucksolver-eval/src/stucksolver_eval/suites/data/guidance-$suite.json
         routes=$(python -c 'import json, sys; print(*sorted(json.load(open(sys.argv[1]))["routes"]), sep=",")' "$words")
-        arm "$suite-rules" --suite "$suite" --seeds 1,2,3 --routes "$routes" --recovery rules
-        arm "$suite-guided" --suite "$suite" --seeds 1,2,3 --routes "$routes" --recovery rules --guidance shipped
+        arm "$suite-search" --suite "$suite" --seeds 1,2,3 --routes "$routes" --recovery search
+        arm "$suite-guided" --suite "$suite" --seeds 1,2,3 --routes "$routes" --recovery search --guidance shipped
     done
     ;;
-sweep) arm dev --suite dev --recovery rules --sweep v_min=2,5,10,20 --sweep dt=0.5,1,3,10 ;;
+sweep) arm dev --suite dev --recovery search --sweep v_min=2,5,10,20 --sweep dt=0.5,1,3,10 ;;
 wrong)
     for suite in dev immobilized; do
         arm "$suite-alone" --suite "$suite" --recovery none
@@ -69,9 +69,9 @@ wrong)
 sensors)
     # Some four times as slow as with the ground truth.
     for suite in dev immobilized bench220; do
-        arm "$suite-rules" --suite "$suite" --recovery rules --perception sensors
+        arm "$suite-search" --suite "$suite" --recovery search --perception sensors
     done
-    arm bench220-alone --suite bench220 --recovery none --perception sensors --reuse "$out/bench220-rules"
+    arm bench220-alone --suite bench220 --recovery none --perception sensors --reuse "$out/bench220-search"
     ;;
 heedless)
     # With and without the driver's own braking on a plan's path; `types` is one route of each type of immobilized.
@@ -80,9 +80,9 @@ heedless)
         for who in random late always_drive_over always_left; do
             arm "dev-$who$braking" --suite dev --recovery "faulty:$who" ${braking:+--heedless}
         done
-        arm "dev-rules$braking" --suite dev --recovery rules ${braking:+--heedless}
+        arm "dev-search$braking" --suite dev --recovery search ${braking:+--heedless}
         arm "types-random$braking" --suite immobilized --routes "$types" --recovery faulty:random ${braking:+--heedless}
-        arm "types-rules$braking" --suite immobilized --routes "$types" --recovery rules ${braking:+--heedless}
+        arm "types-search$braking" --suite immobilized --routes "$types" --recovery search ${braking:+--heedless}
     done
     ;;
 wrong220)

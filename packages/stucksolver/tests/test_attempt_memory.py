@@ -49,13 +49,13 @@ def test_queue_progress_does_not_forget_failed_plans():
 
 def test_ladder_is_not_climbed_behind_vehicle_that_moves_on():
     """Nobody is called for a vehicle that moves on every 20 s."""
-    two = ladder(rungs={"model": None, "passenger": None, "rules": {"tries": 10, "repair_rounds": 0}})
+    two = ladder(rungs={"model": None, "passenger": None, "reasoner": {"tries": 10, "repair_rounds": 0}})
     seen, _ = behind_truck(200.0, Collects(), ladder=two)
     assert not {EventKind.ESCALATED, EventKind.ASKED, EventKind.STOPPED} & set(seen.kinds())
 
 
 def test_ladder_is_climbed_once_vehicle_has_stopped_for_good():
-    two = ladder(rungs={"model": None, "passenger": None, "rules": {"tries": 10, "repair_rounds": 0}})
+    two = ladder(rungs={"model": None, "passenger": None, "reasoner": {"tries": 10, "repair_rounds": 0}})
     seen, _ = behind_truck(190.0, lambda w: Collects()(w) if w.time_s < 85.0 else None, ladder=two)
     asked = [e for e in seen.events if e.kind is EventKind.ASKED]
     assert asked and asked[0].time_s < 85.0 + 60.0 + 40.0

@@ -166,7 +166,7 @@ def test_red_light_without_claim_asks_no_person():
 
 
 def test_hurry_shortens_the_wait_for_others_and_no_duty():
-    climb = first_state(ladder(), frozenset({"rules"})).escalation
+    climb = first_state(ladder(), frozenset({"reasoner"})).escalation
     hurried = replace(climb, patience=0.5)
     for reason in (WaitReason.LIGHT, WaitReason.PEOPLE, WaitReason.YIELD, WaitReason.STOP_SIGN):
         assert hurried.note_wait(reason, 0.0).expired_waits(100.0) == climb.note_wait(reason, 0.0).expired_waits(100.0)

@@ -64,14 +64,14 @@ READINGS = {
     "cancel": read_as(GuidanceIntent.CANCEL),
 }
 WORDS = (*READINGS, "hm")
-QUICK = {"rules": {"tries": 2, "cooldown_s": 0.5}, "passenger": {"within_s": 3.0}, "model": None}
+QUICK = {"reasoner": {"tries": 2, "cooldown_s": 0.5}, "passenger": {"within_s": 3.0}, "model": None}
 LADDERS = {
     "default": ladder,
     "quick": lambda: ladder(rungs=QUICK),
     "asks": lambda: ladder(solid_line="passenger", rungs=QUICK),
     "stubborn": lambda: stubborn(),
     "people first": lambda: people_first(),
-    "help soon": lambda: ladder(rungs={"rules": {"tries": 1, "cooldown_s": 0.2}, "model": None, "passenger": None}),
+    "help soon": lambda: ladder(rungs={"reasoner": {"tries": 1, "cooldown_s": 0.2}, "model": None, "passenger": None}),
 }
 MORE_DRIVES = int(os.environ.get("MACHINE_DRIVES", "8"))
 SEEDS = tuple(dict.fromkeys((12, 14, 19, 33, 41, 214, 1004, *range(1000, 1000 + MORE_DRIVES))))
@@ -82,7 +82,7 @@ def people_first():
     """The passenger is asked before the rules are."""
     usual = ladder(rungs=QUICK)
     by_kind = {rung.kind: rung for rung in usual.rungs}
-    return usual.model_copy(update={"rungs": tuple(by_kind[kind] for kind in ("passenger", "rules", "remote"))})
+    return usual.model_copy(update={"rungs": tuple(by_kind[kind] for kind in ("passenger", "reasoner", "remote"))})
 
 
 @dataclass
@@ -234,7 +234,7 @@ def approved_into(*comes):
                     world.objects = [*world.objects, *(come(world) for come in comes)]
                 solver.approve()
 
-        slow = ladder(solid_line="passenger", rungs={"model": None, "rules": {"tries": 9, "repair_rounds": 2}})
+        slow = ladder(solid_line="passenger", rungs={"model": None, "reasoner": {"tries": 9, "repair_rounds": 2}})
         world = World(ROADS[1], [thing("lead", 75.0)], x=60.0, cruise_mps=0.0)
         return world, {"ladder": slow}, agree
 

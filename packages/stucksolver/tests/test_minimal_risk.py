@@ -14,7 +14,7 @@ from stucksolver.solver.state_machine.minimal_risk import minimal_risk, stops_wh
 from worlds import World, drive, ladder, straight_road, thing
 
 GUARD = Guard()
-ONLY_HELP = ladder(rungs={"rules": {"tries": 1, "cooldown_s": 1.0}, "model": None, "passenger": None})
+ONLY_HELP = ladder(rungs={"reasoner": {"tries": 1, "cooldown_s": 1.0}, "model": None, "passenger": None})
 
 
 def inside(kind, *objects, start_m=47.0, end_m=53.0, **more):

@@ -15,7 +15,7 @@ from stucksolver.solver import EventKind
 from worlds import drive, ladder, straight_road, stubborn, thing
 
 SOLID = straight_road(oncoming=LineKind.SOLID)
-SOON = ladder(rungs={"rules": {"tries": 2, "cooldown_s": 1.0}, "model": None, "passenger": None})
+SOON = ladder(rungs={"reasoner": {"tries": 2, "cooldown_s": 1.0}, "model": None, "passenger": None})
 
 
 SECONDS = 260.0

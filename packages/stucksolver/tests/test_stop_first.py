@@ -266,7 +266,7 @@ def test_operator_approval_with_passenger_stop_keeps_safe_stop(stop):
 
     The request for help stays open: the operator may approve again when no passenger calls a stop any more.
     """
-    nobody = {"rules": {"tries": 1, "cooldown_s": 1.0}, "model": None, "passenger": None}
+    nobody = {"reasoner": {"tries": 1, "cooldown_s": 1.0}, "model": None, "passenger": None}
     closed = thing("wall", 66.0, 1.0, width=6.0, length=1.0)
     world, events = World(straight_road(oncoming=LineKind.SOLID), [closed]), []
     solver = StuckSolver(

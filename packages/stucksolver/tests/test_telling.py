@@ -126,7 +126,7 @@ def test_reason_names_binding_object_and_no_bystander():
         [thing("lead", 62.0), thing("far", 120.0), thing("walker", 63.0, LANE_M, kind=ObjectKind.PEDESTRIAN)],
         cruise_mps=0.0,
     )
-    seen = drive(world, 100.0, ladder=ladder(rungs={"model": None, "passenger": None, "rules": {"tries": 2}}))
+    seen = drive(world, 100.0, ladder=ladder(rungs={"model": None, "passenger": None, "reasoner": {"tries": 2}}))
     texts = [n.reason.text for _, n in told(seen, "passenger")] + seen.texts(EventKind.ASKED)
     assert texts
     assert not any("far" in text for text in texts)

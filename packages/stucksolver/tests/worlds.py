@@ -295,7 +295,7 @@ def ladder(
 def stubborn(**more: object) -> Ladder:
     """Rules only, asked for ever."""
     nobody = {"model": None, "passenger": None, "remote": None}
-    return ladder(rungs={"rules": {"tries": 1000, **more}, **nobody})
+    return ladder(rungs={"reasoner": {"tries": 1000, **more}, **nobody})
 
 
 @dataclass

@@ -22,7 +22,7 @@ class Config(NamedTuple):
 
     recovery: str = NONE
     """`none`: the driver alone; `timers`: fixed actions, one after the other; otherwise the name of a reasoner:
-    `rules`, `openai:MODEL`, `recorded:FOLDER`."""
+    `openai:MODEL`, `recorded:FOLDER`."""
     reasoner: str | None = None
     """A second reasoner, for the ladder's rung `model`."""
     python: str = ""

@@ -24,7 +24,7 @@ class SessionSettings(FrozenModel):
     """The arguments of `StuckSolver`, by name."""
 
     recovery: str = "search"
-    """The reasoner of the ladder's rung `rules`, by name: `search`, `rules`, `openai:MODEL`, `recorded:FOLDER`."""
+    """The reasoner of the ladder's rung `reasoner`, by name: `search`, `openai:MODEL`, `recorded:FOLDER`."""
     reasoner: str | None = None
     """The reasoner of the rung `model`; None leaves the rung out."""
     ladder: str | None = None

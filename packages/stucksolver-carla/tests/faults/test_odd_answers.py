@@ -22,7 +22,7 @@ from stucksolver.scene.bounded_values import DEEPEST, MalformedError, read_again
 from stucksolver.solver import EventKind
 from worlds import World, drive, ladder, straight_road, thing
 
-BRIEF = ladder(rungs={"rules": {"tries": 3}, "passenger": None, "remote": None})
+BRIEF = ladder(rungs={"reasoner": {"tries": 3}, "passenger": None, "remote": None})
 HUGE = 1_000_000
 WAIT = Wait(duration_s=1.0)
 PASS = BorrowOncomingLane(past_object_id="lead", speed_mps=5.0)

@@ -13,7 +13,7 @@ from worlds import LANE_M, World, drive, ladder, straight_road, thing
 
 ROADS = {"two way": straight_road(), "two lanes": straight_road(left=LineKind.BROKEN)}
 TALKATIVE = [name for name in FAULTY if name != "silent"]
-BRIEF = ladder(rungs={"rules": {"tries": 1000}, "passenger": None, "remote": None})
+BRIEF = ladder(rungs={"reasoner": {"tries": 1000}, "passenger": None, "remote": None})
 
 
 def street(road, seed):

@@ -122,7 +122,7 @@ def test_evaluate_absent_server_fails_before_suite_starts(capsys, tmp_path):
     pytest.importorskip("carla")
     with socket.create_server(("127.0.0.1", 0)) as gone:
         port = gone.getsockname()[1]
-    command = f"evaluate --suite dev --recovery rules --host 127.0.0.1 --port {port} --out {tmp_path / 'out'}"
+    command = f"evaluate --suite dev --recovery search --host 127.0.0.1 --port {port} --out {tmp_path / 'out'}"
     assert f"no CARLA server at 127.0.0.1:{port}" in refused(capsys, *command.split(), program=ending)
     assert not (tmp_path / "out").exists()
 

@@ -16,7 +16,7 @@ LEFT = Solution(intent=GuidanceIntent.OVERTAKE, side=DirectedSide.LEFT)
 RIGHT = Solution(intent=GuidanceIntent.OVERTAKE, side=DirectedSide.RIGHT)
 ASKING = ladder(
     rungs={
-        "rules": {"tries": 2, "cooldown_s": 0.5, "repair_rounds": 0},
+        "reasoner": {"tries": 2, "cooldown_s": 0.5, "repair_rounds": 0},
         "passenger": {"within_s": 8.0},
         "remote": {"pull_over": False},
     }

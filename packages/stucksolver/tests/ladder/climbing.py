@@ -9,7 +9,7 @@ from stucksolver.scene import LineKind
 from worlds import World, noticed, straight_road, thing
 
 TWO_WAY, SOLID = straight_road(), straight_road(oncoming=LineKind.SOLID)
-QUICK = {"rules": {"tries": 2, "cooldown_s": 0.5, "repair_rounds": 0}, "passenger": {"within_s": 4.0}}
+QUICK = {"reasoner": {"tries": 2, "cooldown_s": 0.5, "repair_rounds": 0}, "passenger": {"within_s": 4.0}}
 STANDING_STILL = {"cruise_mps": 0.0}
 
 

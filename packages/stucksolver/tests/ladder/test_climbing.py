@@ -32,7 +32,7 @@ def test_a_rungs_deadline_is_told_to_its_reasoner():
             return super().decide(request)
 
     model = Slow(lambda scene: noticed(scene), name="slow")
-    rungs = {"model": {"deadline_s": 240.0}, "rules": {"tries": 1, "cooldown_s": 0.5, "repair_rounds": 0}}
+    rungs = {"model": {"deadline_s": 240.0}, "reasoner": {"tries": 1, "cooldown_s": 0.5, "repair_rounds": 0}}
     world = World(TWO_WAY, [thing("lead", 75.0)], x=66.0)
     drive(world, 20.0, ladder=ladder(rungs=rungs), reasoner=helpless(), models={"model": model})
     assert model.calls and set(model.told) == {240.0}
@@ -137,8 +137,8 @@ def test_ladder_first_reasoner_without_plan_queries_model():
 
 
 def test_tries_are_counted_and_pauses_kept():
-    seen = drive(stuck(**STANDING_STILL), 8.0, reasoner=helpless(), ladder=ladder(rungs={"rules": {"tries": 3}}))
-    failed = [e.time_s for e in seen.events if e.kind is EventKind.FAILED and e.rung == "rules"]
+    seen = drive(stuck(**STANDING_STILL), 8.0, reasoner=helpless(), ladder=ladder(rungs={"reasoner": {"tries": 3}}))
+    failed = [e.time_s for e in seen.events if e.kind is EventKind.FAILED and e.rung == "reasoner"]
     assert len(failed) == 3
     assert failed[1] - failed[0] == pytest.approx(2.05, abs=0.06)
     assert seen.texts(EventKind.ESCALATED) == ["to the rung passenger"]
@@ -152,7 +152,7 @@ def test_traffic_that_will_go_on_uses_up_no_tries():
     stream = [thing(f"car{k}", 110.0 + 45.0 * k, LANE_M, speed=-9.0) for k in range(8)]
     world = World(TWO_WAY, [thing("lead", 75.0), *stream], x=65.3, sight_m=600.0)
     pushy = planning(BorrowOncomingLane(past_object_id="lead", speed_mps=5.0))
-    seen = drive(world, 56.0, reasoner=pushy, ladder=ladder(rungs={"rules": {"tries": 2}}))
+    seen = drive(world, 56.0, reasoner=pushy, ladder=ladder(rungs={"reasoner": {"tries": 2}}))
     refusals = [e.verdict for e in seen.events if e.verdict and not e.verdict.accepted]
     assert len(refusals) > 4
     assert EventKind.ESCALATED not in seen.kinds()
@@ -235,7 +235,7 @@ def test_after_a_recovery_the_next_immobilization_is_a_new_intervention():
     seen = drive(world, 50.0)
     closed = [e for e in seen.events if e.kind is EventKind.CLOSED]
     assert [e.intervention for e in closed] == [1, 2]
-    assert {e.rung for e in seen.events} == {"rules"}
+    assert {e.rung for e in seen.events} == {"reasoner"}
 
 
 # ---- never in the way

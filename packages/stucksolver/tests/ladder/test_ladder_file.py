@@ -23,7 +23,7 @@ def line_with(text: str, part: str) -> int:
 
 
 def test_the_default_climbs_from_waiting_to_remote_assistance():
-    assert [rung.kind for rung in profile("default").rungs] == ["wait", "rules", "model", "passenger", "remote"]
+    assert [rung.kind for rung in profile("default").rungs] == ["wait", "reasoner", "model", "passenger", "remote"]
 
 
 def test_the_evaluation_profile_asks_nobody_for_a_solid_line():
@@ -63,7 +63,7 @@ def test_the_waits_of_the_design_are_those_of_the_default():
 BAD = {
     "a value out of bounds": ("tries = 3", "tries = 0", "rung 3, tries: .*greater than or equal to 1"),
     "a key misspelt": ("tries = 3", "tires = 3", "rung 3, tires: unknown key; did you mean tries"),
-    "a kind that does not exist": ('kind = "model"', 'kind = "modell"', "rung 3: kind must be one of wait, rules"),
+    "a kind that does not exist": ('kind = "model"', 'kind = "modell"', "rung 3: kind must be one of wait, reasoner"),
     "a wait that does not exist": ("light           =", "ligth           =", "waits, reasons, ligth"),
     "a wait of no time": ("longest_s = 300.0", "longest_s = -1.0", "queue, longest_s: .*greater than 0"),
     "an unknown version": ("version = 1", "version = 2", "version: .*should be 1"),
@@ -96,14 +96,20 @@ def test_the_order_of_rungs_is_checked():
     swapped = DEFAULT.replace('kind = "wait"', 'kind = "remote"', 1)
     with pytest.raises(LadderError, match="`remote` must be the last"):
         parse_ladder(swapped, "x.toml")
-    only_wait = DEFAULT[: DEFAULT.index('[[rung]]\nkind = "rules"')]
-    with pytest.raises(LadderError, match="add one of kind `rules`"):
+    only_wait = DEFAULT[: DEFAULT.index('[[rung]]\nkind = "reasoner"')]
+    with pytest.raises(LadderError, match="add one of kind `reasoner`"):
         parse_ladder(only_wait, "x.toml")
 
 
+def test_ladder_with_former_kind_is_read():
+    """Before the search, the first reasoner's rung was called `rules`."""
+    former = DEFAULT.replace('kind = "reasoner"', 'kind = "rules"')
+    assert parse_ladder(former, "x.toml") == parse_ladder(DEFAULT, "x.toml")
+
+
 def test_a_ladder_without_any_reasoner_that_is_there_is_refused():
-    no_rules = DEFAULT.replace('kind = "rules"', 'kind = "model"', 1)
-    text = no_rules[: no_rules.index('[[rung]]\nkind = "passenger"')]
+    no_reasoner = DEFAULT.replace('kind = "reasoner"', 'kind = "model"', 1)
+    text = no_reasoner[: no_reasoner.index('[[rung]]\nkind = "passenger"')]
     with pytest.raises(ValueError, match="give a reasoner named model"):
         StuckSolver(lambda surroundings: None, ladder=parse_ladder(text, "x.toml"))
 

@@ -88,7 +88,7 @@ def test_it_begins_with_all_that_decides_how_it_goes(one):
     assert first["kind"] == "begin" and last["kind"] == "end"
     assert first["versions"].keys() >= {"stucksolver", "python", "numpy"}
     assert first["clock"] == "lockstep"
-    assert first["reasoners"] == {"rules": "search"}
+    assert first["reasoners"] == {"reasoner": "search"}
     assert first["ladder"]["name"] == "default"
     assert first["policy"] == GuardPolicy().model_dump(mode="json")
     assert first["policy"]["clearance"]["standing_gap_m"] == 0.3

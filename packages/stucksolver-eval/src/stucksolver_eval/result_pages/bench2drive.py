@@ -26,7 +26,7 @@ from typing import NamedTuple
 from stucksolver_eval.result_pages import RESULTS
 
 STORED = RESULTS / "bench2drive"
-ARMS = ("alone", "blind", "timers", "rules", "guided", "sensors-alone", "sensors-rules")
+ARMS = ("alone", "blind", "timers", "rules", "search", "guided", "sensors-alone", "sensors-rules", "sensors-search")
 OUTCOMES = {"Agent crashed": "crashed", "TickRuntime": "stood", "Agent timed out": "slow", "Agent got blocked": "stood"}
 """Short names of the reasons for which a route failed. The evaluator ends a route after 4,000 ticks, or 200 s."""
 

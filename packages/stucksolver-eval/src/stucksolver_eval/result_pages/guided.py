@@ -1,10 +1,10 @@
 """Writes results/guided.md: the benefit and the cost of guidance, by kind of help.
 
 ```sh
-python -m stucksolver_eval.result_pages.guided bench220=OUT/rules,OUT/guided immobilized=OUT2/rules,OUT2/guided
+python -m stucksolver_eval.result_pages.guided bench220=OUT/search,OUT/guided immobilized=OUT2/rules,OUT2/guided
 ```
 
-Both folders of a pair contain the same routes with the same seeds, driven with `--recovery rules`; the second with
+Both folders of a pair contain the same routes with the same seeds, driven with `--recovery search`; the second with
 `--guidance shipped`. The rows omit routes without guidance, which are the same in both.
 """
 
@@ -24,7 +24,7 @@ ABOUT = """Routes and words were drawn by seed and scenario type (`python -m stu
 committed before anything was driven with them. Each row is the paired difference, guided minus unguided, on the routes
 on which that was said; brackets are 95 % intervals of a bootstrap over routes. `won` and `lost` are drives that succeed
 in one arm only. `harm` is the number of additional infractions and near misses in all drives together. Bold rows sum up
-one kind. Both arms were driven with `--recovery rules`, ladder `evaluation`, simulator carlette, commit d20f4eb, and
+one kind. Both arms were driven with `--recovery search`, ladder `evaluation`, simulator carlette, commit d20f4eb, and
 only on the routes with words (`--routes` with the ids in `suites/data/guidance-SUITE.json`).
 
 The goal was 5 points of driving score and 10 of success rate. `immobilized` reaches it on the routes with words,

@@ -49,7 +49,7 @@ class InterventionRecord(FrozenModel):
     end_s: float
     place_m: float
     rung: str
-    """The rung of the ladder that proposed it: `rules`, `passenger`, or a timer's action."""
+    """The rung of the ladder that proposed it: `reasoner` (formerly `rules`), `passenger`, or a timer's action."""
     behaviors: tuple[str, ...]
     moves: bool
     """False for a plan without motion."""

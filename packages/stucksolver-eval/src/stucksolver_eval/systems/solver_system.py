@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from stucksolver.ladder import Person
+from stucksolver.ladder.rung_actions import FIRST_REASONER
 from stucksolver.plan import Directive, SafeStop
 from stucksolver.record import Recorder
 from stucksolver.solver import Event, EventKind, Question, QuestionError, StuckSolver
@@ -154,7 +155,7 @@ class SolverSystem:
             start_s=self._now.time_s,
             end_s=self._now.time_s,
             place_m=self._now.place_m,
-            rung="passenger" if guided else event.rung or "rules",
+            rung="passenger" if guided else event.rung or FIRST_REASONER,
             behaviors=tuple(b.name for b in behaviors),
             moves=any(not b.stands_still for b in behaviors),
             finished=False,

@@ -17,7 +17,7 @@ class SystemSpec:
 
     Attributes:
         driver: Name of the driver.
-        recovery: `none`, `timers`, or the reasoner of the ladder's rung `rules`, such as `search` or `faulty:random`.
+        recovery: `none`, `timers`, or the first reasoner on the ladder, such as `search` or `faulty:random`.
         reasoner: The reasoner of the ladder's rung `model`, if any.
         detector: Fields of `DetectorSettings` that differ from its defaults.
         guarded: False executes proposals without a proof, to measure the value of the guard.

@@ -7,11 +7,14 @@ from typing import Literal
 from pydantic import Field, field_validator
 
 from stucksolver.guard import GuardPolicy
-from stucksolver.ladder.rung_actions import CallAssistance, CheckForWait
+from stucksolver.ladder.rung_actions import FIRST_REASONER, CallAssistance, CheckForWait
 from stucksolver.ladder.rungs import AnyRung
 from stucksolver.ladder.waits import NEVER_LONG, WaitPolicy
 from stucksolver.plan.behaviors import REGISTRY, ApprovalLevel
 from stucksolver.scene.base_model import FrozenModel
+
+FORMER_KIND = "rules"
+"""Former name of the kind `reasoner` of a rung, and of that reasoner in records."""
 
 
 class HandBack(FrozenModel):
@@ -113,6 +116,15 @@ class Ladder(FrozenModel):
     approval: Approval = Approval()
     rungs: tuple[AnyRung, ...] = Field(alias="rung", min_length=1)
 
+    @field_validator("rungs", mode="before")
+    @classmethod
+    def _former_kinds(cls, rungs: object) -> object:
+        """Read ladders that were written before the kind `rules` was called `reasoner`."""
+        if not isinstance(rungs, (list, tuple)):
+            return rungs
+        former = {"kind": FIRST_REASONER}
+        return [rung | former if isinstance(rung, dict) and rung.get("kind") == FORMER_KIND else rung for rung in rungs]
+
     @field_validator("rungs")
     @classmethod
     def _in_order(cls, rungs: tuple[AnyRung, ...]) -> tuple[AnyRung, ...]:
@@ -122,7 +134,7 @@ class Ladder(FrozenModel):
         if any(isinstance(move, CallAssistance) for move in moves[:-1]):
             raise ValueError("the rung `remote` must be the last: it stops the vehicle")
         if all(isinstance(move, CheckForWait) for move in moves):
-            raise ValueError("a rung above `wait` is missing: add one of kind `rules`")
+            raise ValueError("a rung above `wait` is missing: add one of kind `reasoner`")
         return rungs
 
     def guard_policy(self) -> GuardPolicy:

@@ -8,6 +8,9 @@ from typing import Literal
 
 Person = Literal["passenger", "operator"]
 
+FIRST_REASONER = "reasoner"
+"""Name of the first reasoner on a ladder: the built-in search, or the one that replaces it."""
+
 
 class Resume(str, Enum):
     """Event that ends the stop on the last rung."""
@@ -22,7 +25,7 @@ class Resume(str, Enum):
 
 @dataclass(frozen=True)
 class CheckForWait:
-    """Check with the rules for a legitimate wait, now and before every query on the higher rungs."""
+    """Check the duties for a legitimate wait, now and before every query on the higher rungs."""
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,15 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from stucksolver.ladder.rung_actions import AskPerson, AskReasoner, CallAssistance, CheckForWait, Move, Resume
+from stucksolver.ladder.rung_actions import (
+    FIRST_REASONER,
+    AskPerson,
+    AskReasoner,
+    CallAssistance,
+    CheckForWait,
+    Move,
+    Resume,
+)
 from stucksolver.scene.base_model import FrozenModel
 
 
@@ -38,12 +46,12 @@ class WaitRung(Rung):
         return CheckForWait()
 
 
-class RulesRung(Rung):
-    """Rung of the built-in rules, or of the reasoner that replaces them."""
+class ReasonerRung(Rung):
+    """Rung of the first reasoner: the built-in search, or the reasoner that replaces it."""
 
-    summary: ClassVar[str] = "query the rules for a plan, which the guard checks"
+    summary: ClassVar[str] = "query the reasoner for a plan, which the guard checks"
 
-    kind: Literal["rules"] = "rules"
+    kind: Literal["reasoner"] = "reasoner"
     deadline_s: float = Field(default=5.0, gt=0, le=600)
     """Deadline of an answer (s); a later answer is dropped. Ours."""
     tries: int = Field(default=5, ge=1, le=1000)
@@ -54,7 +62,7 @@ class RulesRung(Rung):
     """Number of times that a reasoner gets the reject reasons of its plan and is queried again at once. Ours."""
 
     def move(self) -> AskReasoner:
-        return AskReasoner("rules", self.deadline_s, self.tries, self.cooldown_s, self.repair_rounds)
+        return AskReasoner(FIRST_REASONER, self.deadline_s, self.tries, self.cooldown_s, self.repair_rounds)
 
 
 class ModelRung(Rung):
@@ -103,8 +111,8 @@ class RemoteRung(Rung):
         return CallAssistance(self.pull_over, self.look_every_s, self.resume)
 
 
-AnyRung = Annotated[WaitRung | RulesRung | ModelRung | PassengerRung | RemoteRung, Field(discriminator="kind")]
+AnyRung = Annotated[WaitRung | ReasonerRung | ModelRung | PassengerRung | RemoteRung, Field(discriminator="kind")]
 
 KINDS: dict[str, type[Rung]] = {
-    cls.model_fields["kind"].default: cls for cls in (WaitRung, RulesRung, ModelRung, PassengerRung, RemoteRung)
+    cls.model_fields["kind"].default: cls for cls in (WaitRung, ReasonerRung, ModelRung, PassengerRung, RemoteRung)
 }

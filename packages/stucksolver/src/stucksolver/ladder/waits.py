@@ -45,7 +45,7 @@ class WaitPolicy(FrozenModel):
         return reason is not None and reason is not WaitReason.NO_SAFE_WAY
 
     def limits(self) -> WaitLimits:
-        """Return the same numbers in the form that the rules and the guard use."""
+        """Return the same numbers in the form that the duties and the guard use."""
         return WaitLimits(
             light_s=self.patience(WaitReason.LIGHT).longest_s,
             yield_s=self.patience(WaitReason.YIELD).longest_s,

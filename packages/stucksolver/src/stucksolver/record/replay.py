@@ -11,6 +11,8 @@ from typing import Any
 
 from stucksolver.guard import Guard, Verdict
 from stucksolver.ladder import Ladder
+from stucksolver.ladder.ladder import FORMER_KIND
+from stucksolver.ladder.rung_actions import FIRST_REASONER
 from stucksolver.plan import apply_limits_to_decision
 from stucksolver.reasoners import ReasonerAnswer, ReasonerError, parse_trace
 from stucksolver.reasoners.duties import NAME as DUTIES
@@ -134,6 +136,7 @@ class _Again:
             )
         ladder = Ladder.model_validate(complete_ladder(data["ladder"]))
         names, observe_only = data["reasoners"], data["observe_only"]
+        names = {FIRST_REASONER if rung == FORMER_KIND else rung: name for rung, name in names.items()}
         self.report.versions = data["versions"]
         self.report.texts_compared = data.get("wording") == WORDING
         self._limits = ladder.waits.limits()
@@ -158,7 +161,7 @@ class _Again:
     def _step(self, number: int, data: dict[str, Any]) -> None:
         surroundings = self._unpacker.unpack(data["seen"]) if "seen" in data else None
         self._directive = data.get("directive", self._directive)
-        recorded: list[dict[str, Any]] = data.get("told", [])
+        recorded: list[dict[str, Any]] = [_with_present_rung(item) for item in data.get("told", [])]
         for item in recorded:
             self.report.plans += "judged" in item
             self.report.ticks += "tick" in item
@@ -262,6 +265,14 @@ class _Again:
 
     def _differs(self, line: int, what: str, recorded: str, derived: str) -> None:
         self.report.findings.append(ReplayFinding(line, what, recorded, derived))
+
+
+def _with_present_rung(item: dict[str, Any]) -> dict[str, Any]:
+    """Return an output with the present name of its rung."""
+    event = item.get("event")
+    if not isinstance(event, dict) or event.get("rung") != FORMER_KIND:
+        return item
+    return item | {"event": event | {"rung": FIRST_REASONER}}
 
 
 def _kind(output: dict[str, Any]) -> str:

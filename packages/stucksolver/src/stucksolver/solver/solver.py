@@ -12,7 +12,7 @@ from stucksolver.guard import Guard
 from stucksolver.immobilization import Detector, DetectorSettings, Trigger
 from stucksolver.interpreter import Interpreter, NoInterpreter, find_reader
 from stucksolver.ladder import Ladder, LadderError, find_ladder
-from stucksolver.ladder.rung_actions import Person
+from stucksolver.ladder.rung_actions import FIRST_REASONER, Person
 from stucksolver.plan import CONTINUE, Directive
 from stucksolver.reasoners import Reasoner
 from stucksolver.reasoners.factory import make_reasoner
@@ -122,7 +122,7 @@ class StuckSolver:
             )
         self.clock = make_clock(clock) if isinstance(clock, str) else clock
         first = make_reasoner(reasoner) if isinstance(reasoner, str) else reasoner
-        reasoners = {"rules": first or SearchReasoner(self.ladder.waits.limits()), **(models or {})}
+        reasoners = {FIRST_REASONER: first or SearchReasoner(self.ladder.waits.limits()), **(models or {})}
         self.reasoners: Mapping[str, Reasoner] = reasoners
         names = {rung: item.name for rung, item in reasoners.items()}
         self._stack_scene = scene
