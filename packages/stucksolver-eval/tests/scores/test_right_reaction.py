@@ -7,7 +7,7 @@ from outcomes import noted, outcome, plan
 
 from stucksolver_eval.metrics.recovery import recovery_figures, responded_correctly
 from stucksolver_eval.metrics.right_reaction import called_after_s, fault_of, told_after_s, type_rows
-from stucksolver_eval.results.outcome import QueryRecord
+from stucksolver_eval.results.outcome import NoticeRecord
 
 MET_S = 20.0
 STANDS = tuple((float(t), min(float(t), 60.0)) for t in range(201))
@@ -46,8 +46,8 @@ WRONG = {
         case("recover", 60.0, passed=50.0, infractions=(noted(40.0),)),
         "collisions_vehicle after 20 s",
     ),
-    "never asked": (case("ask", 30.0), "never called an operator"),
-    "asked late": (case("ask", 30.0, asked_s=51.0), "called an operator after 31 s"),
+    "never asked": (case("ask", 30.0), "never told an operator"),
+    "asked late": (case("ask", 30.0, asked_s=51.0), "told an operator after 31 s"),
     "asked and passed": (case("ask", 30.0, asked_s=40.0, passed=90.0), "passed after 70 s"),
     "never left": (case("leave", 20.0), "never left"),
     "left late": (case("leave", 20.0, left=41.0), "left after 21 s"),
@@ -88,20 +88,30 @@ def test_operator_is_called_after_the_arrival():
     assert called_after_s(case("ask", 30.0, met=None, asked_s=45.0)) is None
 
 
-QUERIES = tuple(QueryRecord(asked_s=at_s - 0.1, answered_s=at_s) for at_s in (3.0, 25.0, 28.0))
+def notices(to, *times_s):
+    return tuple(NoticeRecord(time_s=time_s, to=to) for time_s in times_s)
 
 
-def test_passenger_is_told_with_the_first_decision_after_the_arrival():
-    """Decisions before the arrival, and queries without an answer, tell nothing about the situation."""
-    unanswered = (QueryRecord(asked_s=21.0), *QUERIES)
-    assert told_after_s(case("ask", 30.0, queries=unanswered)) == 5.0
-    assert told_after_s(case("ask", 30.0, queries=QUERIES[:1])) is None
-    assert told_after_s(case("ask", 30.0, met=None, queries=QUERIES)) is None
+def test_operator_is_told_by_a_notice_or_by_a_call():
+    told = notices("operator", 50.0)
+    assert called_after_s(case("ask", 30.0, notices=told)) == 30.0
+    assert called_after_s(case("ask", 30.0, notices=told, asked_s=45.0)) == 25.0
+    assert fault_of(case("ask", 30.0, notices=told)) == ""
+    assert fault_of(case("ask", 30.0, notices=notices("passenger", 50.0))) == "never told an operator"
+
+
+def test_passenger_is_told_with_the_first_notice():
+    """What was told before the arrival counts as told at the arrival."""
+    told = notices("passenger", 25.0, 28.0)
+    assert told_after_s(case("ask", 30.0, notices=told)) == 5.0
+    assert told_after_s(case("ask", 30.0, notices=notices("passenger", 3.0))) == 0.0
+    assert told_after_s(case("ask", 30.0, notices=notices("operator", 25.0))) is None
+    assert told_after_s(case("ask", 30.0, met=None, notices=told)) is None
 
 
 def test_rows_count_right_drives_by_situation():
     drives = [
-        case("ask", 30.0, asked_s=40.0, scenario="Gate", queries=QUERIES),
+        case("ask", 30.0, asked_s=40.0, scenario="Gate", notices=notices("passenger", 25.0)),
         case("ask", 30.0, asked_s=60.0, scenario="Gate", seed=2),
         case("ask", 30.0, asked_s=41.0, scenario="Gate", state="crashed"),
         outcome(expected="wait"),
@@ -109,8 +119,8 @@ def test_rows_count_right_drives_by_situation():
     ]
     bin_row, gate_row = type_rows(drives)
     assert bin_row.cells == ("Bin", "recover within 60 s", "1/1", "–", "–", "–")
-    assert gate_row.cells == ("Gate", "ask within 30 s", "1/2", "5", "30", "called an operator after 40 s")
-    assert gate_row.text.startswith("1/2 Gate (ask within 30 s): passenger told after 5 s, operator called after 30 s")
+    assert gate_row.cells == ("Gate", "ask within 30 s", "1/2", "5", "30", "told an operator after 40 s")
+    assert gate_row.text.startswith("1/2 Gate (ask within 30 s): passenger told after 5 s, operator told after 30 s")
 
 
 def test_plan_after_the_wait_is_no_false_intervention():

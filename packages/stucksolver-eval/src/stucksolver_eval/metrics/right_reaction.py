@@ -3,7 +3,7 @@
 Times count from the ego's arrival (mark `met`):
 
 - **recover**: it passed in time.
-- **ask**: it called an operator in time, and did not pass.
+- **ask**: an operator was told why it stands, or was called, in time, and it did not pass.
 - **leave**: it left the place where it may not stop in time.
 - **reroute**: it reached its destination another way in time.
 - **wait**: it neither passed nor moved by a plan before going became right (mark `free`), and passed in time after it.
@@ -26,15 +26,15 @@ END_M = 25.0
 
 A route is over 10 m before its end. Its track has one position per second, and at 50 km/h there are 14 m between them.
 """
-HEAD = ("Situation", "Right reaction", "Done", "Passenger told after s", "Operator called after s", "What was wrong")
+HEAD = ("Situation", "Right reaction", "Done", "Passenger told after s", "Operator told after s", "What was wrong")
 
 
 @dataclass(frozen=True)
 class TypeRow:
     """The judgments of a type's drives.
 
-    `told_s` and `called_s` are median times from the arrival: until a passenger is told why the ego stands, and until
-    an operator is called.
+    `told_s` and `called_s` are median times from the arrival until a passenger and an operator are told why the ego
+    stands. A call for help tells an operator, too.
     """
 
     scenario: str
@@ -55,7 +55,7 @@ class TypeRow:
     def text(self) -> str:
         """The row as a line."""
         told = "passenger not told" if self.told_s is None else f"passenger told after {self.told_s:.0f} s"
-        called = "operator not called" if self.called_s is None else f"operator called after {self.called_s:.0f} s"
+        called = "operator not told" if self.called_s is None else f"operator told after {self.called_s:.0f} s"
         faults = "".join(f"; {fault}" for fault in self.faults)
         return f"{self.right}/{self.drives} {self.scenario} ({self.reaction}): {told}, {called}{faults}"
 
@@ -91,7 +91,8 @@ def _reroute(o: RouteOutcome, met_s: float, within_s: float) -> str:
 def _ask(o: RouteOutcome, met_s: float, within_s: float) -> str:
     if "passed" in o.marks:
         return f"passed after {o.marks['passed'] - met_s:.0f} s"
-    return _late("called an operator", o.asked_s, met_s, within_s)
+    after_s = called_after_s(o)
+    return _late("told an operator", None if after_s is None else met_s + after_s, met_s, within_s)
 
 
 def _wait(o: RouteOutcome, met_s: float, within_s: float) -> str:
@@ -120,18 +121,23 @@ def _late(done: str, time_s: float | None, from_s: float, within_s: float) -> st
 
 
 def called_after_s(o: RouteOutcome) -> float | None:
-    """Return the time from the arrival to the call of an operator (s); None if either did not happen."""
-    met_s = o.marks.get("met")
-    return None if met_s is None or o.asked_s is None else max(o.asked_s - met_s, 0.0)
+    """Return the time from the arrival until an operator is told or called (s); None if either did not happen."""
+    return _first_after_s(o, *_notices_s(o, "operator"), *(() if o.asked_s is None else (o.asked_s,)))
 
 
 def told_after_s(o: RouteOutcome) -> float | None:
-    """Return the time from the arrival to the first decision after it (s), whose reason a passenger is told."""
+    """Return the time from the arrival until a passenger is told why the ego stands (s); None without a notice."""
+    return _first_after_s(o, *_notices_s(o, "passenger"))
+
+
+def _notices_s(o: RouteOutcome, to: str) -> list[float]:
+    return [notice.time_s for notice in o.notices if notice.to == to]
+
+
+def _first_after_s(o: RouteOutcome, *times_s: float) -> float | None:
+    """Return the time from the arrival to the first of these; what came before counts as at the arrival."""
     met_s = o.marks.get("met")
-    if met_s is None:
-        return None
-    answered = (query.answered_s for query in o.queries)
-    return min((at_s - met_s for at_s in answered if at_s is not None and at_s >= met_s), default=None)
+    return None if met_s is None or not times_s else max(min(times_s) - met_s, 0.0)
 
 
 def type_rows(outcomes: Iterable[RouteOutcome]) -> list[TypeRow]:

@@ -32,6 +32,14 @@ class SpokenGuidance(TimedInfraction):
     by: str = "passenger"
 
 
+class NoticeRecord(FrozenModel):
+    """A person was told why the vehicle stands."""
+
+    time_s: float
+    to: str
+    """`passenger` or `operator`."""
+
+
 class ImmobilizationEpisode(FrozenModel):
     """A time of immobilization: below 5 km/h for 1 s or more, until 15 m of new progress."""
 
@@ -124,6 +132,7 @@ class RouteOutcome(FrozenModel):
     it, or `left` the place where it may not stop."""
     asked_s: float | None = None
     """Time of the call for help, or None."""
+    notices: tuple[NoticeRecord, ...] = ()
     ticks: int = 0
     wall_s: float = 0.0
     length_m: float = 0.0

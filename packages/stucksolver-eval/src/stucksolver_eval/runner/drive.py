@@ -263,6 +263,7 @@ class _Drive:
             within_s=self._play.within_s,
             marks={mark: round(time_s, 2) for mark, time_s in self._play.marks.items()},
             asked_s=log.asked_s,
+            notices=tuple(log.notices),
             ticks=self._ticks,
             wall_s=round(wall_s, 3),
             length_m=round(jury.line.length_m, 3),

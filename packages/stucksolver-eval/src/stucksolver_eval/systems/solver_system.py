@@ -13,7 +13,7 @@ from stucksolver.record import Recorder
 from stucksolver.solver import Event, EventKind, Question, QuestionError, StuckSolver
 from stucksolver_carla.stack import CarlaStack
 from stucksolver_carla.stack.front_camera import PictureSource
-from stucksolver_eval.results.outcome import InterventionRecord, QueryOutcome, QueryRecord, came_to
+from stucksolver_eval.results.outcome import InterventionRecord, NoticeRecord, QueryOutcome, QueryRecord, came_to
 from stucksolver_eval.systems.system_under_test import SystemLog, TickInfo
 from stucksolver_eval.systems.timed_reasoner import TimedReasoner
 from stucksolver_passenger.memory import Memory
@@ -127,6 +127,8 @@ class SolverSystem:
             self._began(event)
         elif event.kind in (EventKind.FINISHED, EventKind.ABORTED) and self._running is not None:
             self._end(now.time_s, event.kind is EventKind.FINISHED, event.text)
+        elif event.kind is EventKind.WAITING and event.notice is not None:
+            self.log.notices.append(NoticeRecord(time_s=now.time_s, to=event.notice.to))
         elif self.log.asked_s is None and (event.kind is EventKind.STOPPED or _calls_operator(event)):
             self.log.asked_s = now.time_s
         for listener in self._listeners:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Protocol
 
 from stucksolver.plan import Directive
 from stucksolver_carla.drivers.behavior import Driver
-from stucksolver_eval.results.outcome import InterventionRecord, QueryRecord, Reliability, SpokenGuidance
+from stucksolver_eval.results.outcome import InterventionRecord, NoticeRecord, QueryRecord, Reliability, SpokenGuidance
 
 if TYPE_CHECKING:
     import carla
@@ -21,6 +21,7 @@ class SystemLog:
     queries: list[QueryRecord] = field(default_factory=list)
     guidance: list[SpokenGuidance] = field(default_factory=list)
     asked_s: float | None = None
+    notices: list[NoticeRecord] = field(default_factory=list)
     reliability: list[Reliability] = field(default_factory=list)
 
 

@@ -53,6 +53,7 @@ class PlanAssessment(FrozenModel):
         offset_m: Lateral offset from the route's lane there (m, left positive).
         free_m: Free distance ahead there, at that offset (m), at most `MOST_FREE_M`.
         oncoming_m: Length of the paths in oncoming lanes (m).
+        leaves_zone: True if the ego's body touches a zone now and none at the end.
         passed: Ids of the objects ahead that are behind the ego at the end, if moving ones keep their speed.
     """
 
@@ -65,6 +66,7 @@ class PlanAssessment(FrozenModel):
     offset_m: float = 0.0
     free_m: float = 0.0
     oncoming_m: float = 0.0
+    leaves_zone: bool = False
     passed: tuple[str, ...] = ()
 
     @property

@@ -14,7 +14,7 @@ from stucksolver.scene.base_model import FrozenModel
 from stucksolver.scene.failed_attempts import FailedAttempt
 from stucksolver.scene.interpretation import Claim, Interpretation
 from stucksolver.scene.objects import TrackedObject
-from stucksolver.scene.road import LaneDirection, LaneKind, LineKind
+from stucksolver.scene.road import LaneDirection, LaneKind, LineKind, ZoneKind
 from stucksolver.scene.signs import ObservedSign
 from stucksolver.scene.surroundings import TrafficControl
 
@@ -62,6 +62,8 @@ class SceneEgo(FrozenModel):
 
     None without a standoff, and in old records. The solver sets this field, and draws again after a while.
     """
+    zone: ZoneKind | None = None
+    """Kind of the zone that its body touches, in which no vehicle should stop; None outside, and in old records."""
     distance_to_destination_m: float | None
     at_destination: bool
     length_m: float = Field(gt=0)

@@ -7,7 +7,7 @@ import numpy as np
 from stucksolver.scene.frenet import Array, Lane, wrap_angle
 from stucksolver.scene.frenet_scene import FrenetScene
 from stucksolver.scene.objects import VULNERABLE, ObjectKind, TrackedObject
-from stucksolver.scene.road import LaneDirection, LaneKind, LineKind
+from stucksolver.scene.road import LaneDirection, LaneKind, LineKind, ZoneKind
 from stucksolver.scene.scene import (
     AvailableBehavior,
     CameraImage,
@@ -71,10 +71,12 @@ def build_scene(
 
 def _ego(view: FrenetScene, status: Status) -> SceneEgo:
     end = view.surroundings.road.destination_m
+    zone = view.zone_at(view.ego_s, ZoneKind.LEVEL_CROSSING) or view.zone_at(view.ego_s)
     return SceneEgo(
         speed_mps=round(status.speed_mps, 2),
         lane_id=view.ego_lane.strip.id if view.ego_lane else None,
         lateral_offset_m=round(view.ego_d, 2),
+        zone=None if zone is None else zone.kind,
         distance_to_destination_m=None if end is None else round(end - view.ego_s, 1),
         at_destination=status.at_destination,
         length_m=view.ego.length_m,

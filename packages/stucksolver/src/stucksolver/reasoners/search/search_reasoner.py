@@ -28,6 +28,7 @@ from stucksolver.reasoners.reasoner import ReasonerAnswer, ReasonerRequest, Reas
 from stucksolver.reasoners.search.binding_constraint import binding_constraint, in_words
 from stucksolver.reasoners.search.plan_search import Candidate, PlanSearch, SearchResult
 from stucksolver.reasoners.search.reroute import new_route, reroute
+from stucksolver.reasoners.search.way_out import must_leave, way_out
 from stucksolver.scene import MOTOR_VEHICLES, REQUESTS, RejectCode, Scene, SceneObject
 from stucksolver.scene.own_path import nearest_ahead
 
@@ -55,6 +56,10 @@ class SearchReasoner:
 
     def _decide(self, scene: Scene, assess: PlanAssessor | None) -> Decision:
         waiting = decide_wait(scene, self._limits)
+        out = way_out(scene, assess) if assess is not None and must_leave(scene) else None
+        if out is not None:
+            analysis = waiting.analysis.model_copy(update={"immobilized": True, "wait": None})
+            return waiting.model_copy(update={"analysis": analysis, "plan": out, "rationale": "leave the rails"})
         if not _is_to_act(waiting.analysis):
             return waiting
         found, analysis = self._searched(scene, assess, waiting.analysis)
@@ -94,6 +99,9 @@ class SearchReasoner:
         if scene.guidance is not None and result.nearly is not None:
             # The guard refuses what the passenger asks for, and its reason is told back.
             return Proposal(result.nearly.plan, analysis.reason), analysis
+        out = None if scene.guidance is not None else way_out(scene, assess)
+        if out is not None:
+            return Proposal(out, f"{analysis.reason}: leave the place where no vehicle should stop"), analysis
         other = (None if lead is None else back_off(scene, lead)) or reroute(scene, analysis.reason)
         return other or Proposal(None, analysis.reason, self._reason_to_wait(scene, result, lead)), analysis
 

@@ -161,6 +161,7 @@ class PlanPreview:
                 "offset_m": end_d,
                 "free_m": _free_m(view, end_s, end_d),
                 "passed": _passed(self._view, end_s, duration_s),
+                "leaves_zone": self._view.zone_at(self._view.ego_s) is not None and self._view.zone_at(end_s) is None,
                 "oncoming_m": so_far.oncoming_m + _oncoming_m(path, turned),
             }
         )
