@@ -53,10 +53,14 @@ def test_all_lanes_must_be_closed(road):
     assert replanned(decide(road, things, elsewhere("a", 500.0))) == ("a" if road is NARROW else None)
 
 
-@pytest.mark.parametrize(("behind_m", "taken"), [(0.1, True), (0.8, True), (1.5, False)])
-def test_a_way_that_starts_abreast_is_taken(behind_m, taken):
+@pytest.mark.parametrize(
+    ("behind_m", "names"), [(0.1, ["replan"]), (0.8, ["replan"]), (1.5, ["back_up", "replan"]), (5.0, [])]
+)
+def test_road_that_starts_abreast_is_taken(behind_m, names):
+    """The ego backs up to one that starts a little behind."""
     start = elsewhere("a", 500.0).model_copy(update={"x_m": -behind_m})
-    assert replanned(decide(TWO_WAY, WHOLE, start)) == ("a" if taken else None)
+    plan = decide(TWO_WAY, WHOLE, start).plan
+    assert [behavior.name for behavior in plan.behaviors if plan is not None] == names if names else plan is None
 
 
 def test_vehicles_close_no_road():

@@ -19,10 +19,10 @@ def written(tmp_path, content):
 
 def test_read_config_takes_file_and_last_route_name(tmp_path):
     """The evaluator passes the file and the names of all routes up to the present one."""
-    path = written(tmp_path, {"recovery": "rules", "python": sys.executable})
+    path = written(tmp_path, {"recovery": "search", "python": sys.executable})
     config, name = read_config(f"{path}+RouteScenario_1_rep0_Town01+RouteScenario_2_rep0_Town02")
     assert name == "RouteScenario_2_rep0_Town02"
-    assert config == Config(recovery="rules", python=sys.executable)
+    assert config == Config(recovery="search", python=sys.executable)
 
 
 def test_the_path_may_have_plus_signs(tmp_path):
@@ -41,13 +41,13 @@ def test_the_path_may_have_plus_signs(tmp_path):
     [
         ("{", "invalid JSON"),
         ("[]", "an object"),
-        ({"recover": "rules"}, "unknown field 'recover'"),
+        ({"recover": "search"}, "unknown field 'recover'"),
         ({"obstacles": "yes"}, "obstacles must be true or false"),
         ({"behavior": 3}, "behavior must be a string"),
         ({"answer_limit_s": "long"}, "answer_limit_s must be a number of seconds above 0"),
         ({"answer_limit_s": 0}, "answer_limit_s must be a number of seconds above 0"),
-        ({"recovery": "rules"}, "requires the field 'python'"),
-        ({"recovery": "rules", "python": "/no/python"}, "'/no/python' is not an executable file"),
+        ({"recovery": "search"}, "requires the field 'python'"),
+        ({"recovery": "search", "python": "/no/python"}, "'/no/python' is not an executable file"),
         ({"perception": "lidar"}, "unknown perception 'lidar'; use privileged or sensors"),
         ({"perception": "sensors"}, "set 'driver' to 'planner'"),
         ({"perception": "sensors", "driver": "planner"}, "requires the field 'python'"),

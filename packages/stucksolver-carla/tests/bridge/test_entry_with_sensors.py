@@ -85,7 +85,7 @@ def _end(owner):
 def test_entry_sensor_mode_passes_stopped_car_without_contact(client, drive, tmp_path):
     """In sensor mode, the entry passes a car that has stopped in its lane, without contact."""
     world = client.get_world()
-    agent, ego, bumps = drive(recovery="rules")
+    agent, ego, bumps = drive(recovery="search")
     begin = ego.get_location()
     for _ in range(LONGEST_TICKS):
         ego.apply_control(agent.run_step())

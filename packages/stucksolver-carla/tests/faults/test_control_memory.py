@@ -254,5 +254,5 @@ def test_solver_passes_no_red_light_that_flickers(tmp_path):
     with Recorder(tmp_path) as recorder:
         told = drive(world, 40.0, ladder=stubborn(), record=recorder)
     assert world.x + FRONT_M < LINE_X
-    assert any(RejectCode.RED_LIGHT.value in text for text in told.texts(EventKind.DECIDED)), told.events
+    assert any("red light" in text for text in told.texts(EventKind.DECIDED)), told.events
     assert recorder.files and all(replay(file).matches for file in recorder.files)

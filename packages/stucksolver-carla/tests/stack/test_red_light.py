@@ -1,4 +1,4 @@
-"""A red light with everything real: the simulator, the client, the driver, the solver with its rules and its guard."""
+"""A red light with everything real: the simulator, the client, the driver, the solver with its search and its guard."""
 
 from __future__ import annotations
 

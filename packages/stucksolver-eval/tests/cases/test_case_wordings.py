@@ -31,7 +31,7 @@ def wordings():
 @pytest.fixture(scope="module")
 def results(wordings, tmp_path_factory):
     cases = tuple(replace(case, drive_s=DRIVE_S) for case in worded(wordings))
-    return run_cases(cases, "rules", tmp_path_factory.mktemp("wordings"), pictures=False)
+    return run_cases(cases, "search", tmp_path_factory.mktemp("wordings"), pictures=False)
 
 
 @pytest.mark.release

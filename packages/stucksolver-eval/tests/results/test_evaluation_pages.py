@@ -115,5 +115,5 @@ def test_reactions_are_listed_where_they_have_a_time_limit(tmp_path: Path) -> No
     summary = summarize(store)
     assert "0 of 1 reactions right; operator called after 50 s" in reaction_text(summary)
     assert "0/1 Accident (ask within 30 s)" in " ".join(reaction_text(summary).split())
-    assert summary_data(summary)["reactions"][0]["faults"] == ("called an operator after 50 s",)
+    assert summary_data(summary)["reactions"][0]["faults"] == ("told an operator after 50 s",)
     assert "Right reactions" in evaluation_page(summary, {})

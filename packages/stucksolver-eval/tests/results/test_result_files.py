@@ -62,7 +62,7 @@ def test_results_are_not_overwritten(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("changes", "told"),
     [
-        ({"recovery": "rules"}, "recovery is 'none', not 'rules'"),
+        ({"recovery": "search"}, "recovery is 'none', not 'search'"),
         ({"suite_digest": "0"}, "the routes differ"),
         ({"seeds": (1, 2)}, "seeds is"),
         ({"clock": "latency:2"}, "clock is"),
@@ -159,12 +159,12 @@ def test_the_records_folder_holds_checkpoints_only(tmp_path: Path) -> None:
 def compared(folder: Path, **changes: object) -> Summary:
     store = begun(folder, **changes)
     for of in ROUTES:
-        keep(store, of, 1, record(of, 100.0 if changes.get("recovery") == "rules" else 50.0))
+        keep(store, of, 1, record(of, 100.0 if changes.get("recovery") == "search" else 50.0))
     return summarize(store)
 
 
 def test_two_evaluations_are_compared_by_route(tmp_path: Path) -> None:
-    first, second = compared(tmp_path / "a"), compared(tmp_path / "b", recovery="rules")
+    first, second = compared(tmp_path / "a"), compared(tmp_path / "b", recovery="search")
     _, _, difference = comparison(first, second)["driving score"]
     assert (difference.difference.mean, difference.pairs) == (50.0, 2)
 

@@ -71,7 +71,7 @@ def test_score_unreliable_model_warns_in_output_page_and_exit_code(
     """A model that leaves more than half of the queries unanswered causes a warning in output, page and exit code."""
     from stores import outcome
 
-    store = begun(tmp_path / "a", recovery="rules", reasoner="openai:m")
+    store = begun(tmp_path / "a", recovery="search", reasoner="openai:m")
     told = Reliability(reasoner="openai:m", asked=5, unanswered=unanswered - 1, why="<the server> answered 500")
     rest = Reliability(reasoner="openai:m", asked=5, unanswered=1)
     for of, reliability in zip(ROUTES, (told, rest), strict=True):

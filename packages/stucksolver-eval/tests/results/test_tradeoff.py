@@ -17,7 +17,7 @@ HALF = {"v_min=2,dt=1": 50.0, "v_min=2,dt=3": 60.0, "v_min=5,dt=1": 70.0, "v_min
 def swept(folder: Path, completions: dict[str, float]) -> str:
     summaries = {}
     for label, completion in completions.items():
-        store = begun(folder / label, recovery="rules")
+        store = begun(folder / label, recovery="search")
         for of in ROUTES:
             keep(store, of, 1, record(of, completion))
             store.write_outcome(of, outcome(of, track=((0.0, 0.0), (10.0, completion))))

@@ -164,7 +164,7 @@ def test_what_cannot_be_run_is_refused_before_anything_is_written(
         (("dev", "--sweep", "v_min=1"), "no detector to sweep"),
         (("dev", "--recovery", "openai:m@notaurl"), "not an address"),
         (("dev", "--recovery", "openai:m@http://127.0.0.1:9/v1"), "cannot be reached"),
-        (("dev", "--recovery", "rules", "--reasoner", "openai:m@http://127.0.0.1:9/v1"), "cannot be reached"),
+        (("dev", "--recovery", "search", "--reasoner", "openai:m@http://127.0.0.1:9/v1"), "cannot be reached"),
     ]
     for (name, *more), told in cases:
         assert main(["evaluate", "--suite", str(name), "--out", str(tmp_path / "out"), *map(str, more)]) == 2

@@ -16,9 +16,9 @@ from stucksolver_language.llm.prompt import prompt_name
 @pytest.mark.parametrize(
     ("arm", "prompt"),
     [
-        (SystemSpec(recovery="rules"), ""),
+        (SystemSpec(recovery="search"), ""),
         (SystemSpec(recovery="openai:gpt-4o"), prompt_name()),
-        (SystemSpec(recovery="rules", reasoner="openai:gpt-4o"), prompt_name()),
+        (SystemSpec(recovery="search", reasoner="openai:gpt-4o"), prompt_name()),
     ],
 )
 def test_the_prompts_version_stands_where_a_model_is_asked(arm: SystemSpec, prompt: str) -> None:

@@ -18,8 +18,8 @@ from stucksolver_eval.systems.spec import SystemSpec
 
 ROUTES = load_routes("dev", ("1000", "1021", "1042"))
 QUIET, ASKED, CRASHED = ROUTES
-RULES = SystemSpec(recovery="rules")
-BOTH = SystemSpec(recovery="rules", reasoner="search")
+RULES = SystemSpec(recovery="search")
+BOTH = SystemSpec(recovery="search", reasoner="search")
 
 
 def asks(folder: Path, arm: SystemSpec) -> EvaluationManifest:
@@ -76,7 +76,7 @@ def test_reuse_other_reasoner_or_ladder_is_rejected(tmp_path: Path) -> None:
     driven(tmp_path / "plain")
     ladder = Path(__file__).parents[4] / "packages/stucksolver/src/stucksolver/ladder/default.toml"
     with pytest.raises(StoreError, match="the ladder differs"):
-        taken(tmp_path / "plain", tmp_path / "mine", SystemSpec(recovery="rules", reasoner="search", ladder=ladder))
+        taken(tmp_path / "plain", tmp_path / "mine", SystemSpec(recovery="search", reasoner="search", ladder=ladder))
 
 
 def test_reuse_driver_alone_takes_routes_without_recovery_action(tmp_path: Path) -> None:
@@ -96,5 +96,5 @@ def test_reuse_driver_alone_takes_routes_without_recovery_action(tmp_path: Path)
 
 def test_a_recovery_takes_nothing_from_the_driver_alone(tmp_path: Path) -> None:
     driven(tmp_path / "alone", SystemSpec())
-    with pytest.raises(StoreError, match="its recovery is 'none', not 'rules'"):
+    with pytest.raises(StoreError, match="its recovery is 'none', not 'search'"):
         taken(tmp_path / "alone", tmp_path / "rules", RULES)

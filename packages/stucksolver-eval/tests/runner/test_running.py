@@ -129,7 +129,7 @@ def test_progress_on_terminal_shows_time_left_and_scores() -> None:
 
 def test_sweep_has_each_combination_in_own_folder() -> None:
     """A sweep has every combination of its settings, each in a folder of its own."""
-    spec = EvaluationSpec("dev", Path("out"), SystemSpec(recovery="rules"))
+    spec = EvaluationSpec("dev", Path("out"), SystemSpec(recovery="search"))
     specs = sweep_specs(spec, parse_sweep(["v_min=3.6,18", "dt=0.5,1"]))
     assert list(specs) == ["v_min=3.6,dt=0.5", "v_min=3.6,dt=1", "v_min=18,dt=0.5", "v_min=18,dt=1"]
     last = specs["v_min=18,dt=1"]

@@ -63,7 +63,7 @@ def test_reasoner_help_is_complete_and_duplicate_name_rejected():
 @pytest.mark.parametrize(
     ("words", "looks"),
     [
-        ("rules", False),
+        ("search", False),
         ("rules, openai:m", True),
         ("openai:m#pictures=off", False),
         ("driver", False),

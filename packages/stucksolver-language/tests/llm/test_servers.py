@@ -153,7 +153,7 @@ def test_every_servers_way_to_refuse_pictures_is_understood(server, said):
 def test_pictures_can_be_switched_off(server):
     asking(server, "#pictures=off").decide(ReasonerRequest(scene(image=IMAGE)))
     assert not picture_of(server.requests[0])
-    assert sees("openai:m") and not sees("openai:m#pictures=off") and not sees("rules")
+    assert sees("openai:m") and not sees("openai:m#pictures=off") and not sees("search")
 
 
 # ---- errors
@@ -437,6 +437,6 @@ def test_an_unknown_model_is_found_before_the_drive(server):
 
 
 def test_all_in_a_row_are_checked(server):
-    both = make_reasoner(f"rules, openai:absent@{server.url}")
+    both = make_reasoner(f"search, openai:absent@{server.url}")
     with pytest.raises(ReasonerError, match="absent"):
         both.preflight()

@@ -94,6 +94,6 @@ def test_system_with_invalid_memory_file_is_rejected_before_run(tmp_path):
     """A system whose memory is another file, or which has no recovery to use it, is rejected before the run."""
     (tmp_path / "diary").write_text("dear diary " * 400, encoding="utf-8")
     with pytest.raises(SystemSpecError, match="not a StuckSolver memory"):
-        check_arm(SystemSpec(recovery="rules", memory=tmp_path / "diary"))
+        check_arm(SystemSpec(recovery="search", memory=tmp_path / "diary"))
     with pytest.raises(SystemSpecError, match="'none' does not"):
         check_arm(SystemSpec(memory=tmp_path / "m.db"))

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 from stucksolver.plan import RecoveryPlan
-from stucksolver.plan.behaviors import AnyBehavior, BackUp, TurnAround
-from stucksolver.reasoners.duties.proposal import Proposal
+from stucksolver.plan.behaviors import AnyBehavior, BackUp, ReplanRoute, TurnAround
+from stucksolver.reasoners.duties.proposal import Proposal, propose
 from stucksolver.reasoners.duties.recent_attempts import failed_for, has_been_tried
 from stucksolver.reasoners.duties.standoffs import may_back_up
 from stucksolver.scene import CandidateWaypoint, PlanFailure, Scene, SceneObject
@@ -21,20 +21,34 @@ LEAST_BACK_M, MOST_BACK_M = 1.0, 8.0
 """The shortest and the longest distance to back up (m)."""
 REAR_MARGIN_M = 2.5
 """Distance kept behind (m). The guard checks for traffic."""
+ABREAST_M, BEHIND_M = 1.0, 3.0
+"""How far behind the ego's center another road may begin for the ego to turn into it, without and with backing up first
+(m). Ours.
+"""
 
 
-ABREAST_M = 1.0
-"""How far behind the ego's center another road may begin for the ego to turn into it still (m)."""
+def to_other_road(scene: Scene, why: str) -> Proposal | None:
+    """Return a plan to take the shortest other road that begins ahead or abreast; None if there is none.
+
+    Where it begins a little behind, the ego backs up first.
+    """
+    start = min(detour_starts(scene), key=lambda w: w.route_length_m or math.inf, default=None)
+    if start is None or not scene.offers("replan"):
+        return None
+    replan = ReplanRoute(route_start=start.id)
+    if start.x_m >= -ABREAST_M:
+        return propose(scene, why, replan)
+    way_m = float(math.ceil(-start.x_m))
+    if not may_back_up(scene, way_m, REAR_MARGIN_M):
+        return None
+    return propose(scene, why, BackUp(distance_m=way_m, speed_mps=BACK_MPS), replan)
 
 
 def detour_starts(scene: Scene) -> list[CandidateWaypoint]:
-    """Return the candidate waypoints ahead or abreast, on other roads, from which the destination can be reached."""
+    """Return the candidate waypoints on other roads, not far behind, from which the destination can be reached."""
     known = {lane.id for lane in scene.lanes}
-    return [
-        w
-        for w in scene.waypoints
-        if w.reaches_destination and w.route_length_m and w.lane_id not in known and w.x_m >= -ABREAST_M
-    ]
+    leads = [w for w in scene.waypoints if w.reaches_destination and w.route_length_m and w.lane_id not in known]
+    return [w for w in leads if w.x_m >= -BEHIND_M]
 
 
 def turning_round(scene: Scene, lead: SceneObject | None, why: str) -> Proposal | None:

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import math
-
 from stucksolver.plan import GuidanceIntent, WaitReason
 from stucksolver.plan.behaviors import BackUp, PullOver, RejoinRoute, ReplanRoute, Wait
 from stucksolver.reasoners.duties.analysis import LIGHT_AHEAD_M, blocker, red_light_within
-from stucksolver.reasoners.duties.other_roads import detour_starts, turning_round
+from stucksolver.reasoners.duties.other_roads import detour_starts, to_other_road, turning_round
 from stucksolver.reasoners.duties.proposal import Proposal, propose
 from stucksolver.reasoners.duties.recent_attempts import has_been_tried
 from stucksolver.reasoners.duties.right_of_way import siren_behind
@@ -61,9 +59,8 @@ def _other_route(scene: Scene, wanted: GuidanceIntent) -> Proposal:
         return Proposal(None, "a new route has led nowhere")
     if lead is not None and not starts and _no_way_back(scene):
         return Proposal(None, "no other road leads to the destination")
-    start = min(starts, key=lambda w: w.route_length_m or math.inf, default=None)
-    replan = ReplanRoute(route_start=None if start is None else start.id)
-    return propose(scene, "the passenger asks for another route", replan)
+    why = "the passenger asks for another route"
+    return to_other_road(scene, why) or propose(scene, why, ReplanRoute())
 
 
 def _no_way_back(scene: Scene) -> bool:

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import math
-
 from stucksolver.plan.behaviors import ReplanRoute
 from stucksolver.reasoners.duties.analysis import blocker
 from stucksolver.reasoners.duties.observation import is_staying
-from stucksolver.reasoners.duties.other_roads import detour_starts, turning_round
+from stucksolver.reasoners.duties.other_roads import to_other_road, turning_round
 from stucksolver.reasoners.duties.proposal import Proposal, propose
 from stucksolver.reasoners.duties.recent_attempts import has_been_tried
 from stucksolver.scene import VEHICLES, Scene
@@ -34,7 +32,7 @@ def reroute(scene: Scene, why: str) -> Proposal | None:
     if lead is not None and not is_staying(lead):
         return None
     vehicle, stopped_s = lead is not None and lead.kind in VEHICLES, scene.ego.stopped_for_s
-    start = min(detour_starts(scene), key=lambda w: w.route_length_m or math.inf, default=None)
-    if start is not None and stopped_s >= OTHER_ROAD_S[vehicle] and scene.offers("replan"):
-        return propose(scene, f"{why}: take another road", ReplanRoute(route_start=start.id))
+    other = to_other_road(scene, f"{why}: take another road")
+    if other is not None and stopped_s >= OTHER_ROAD_S[vehicle]:
+        return other
     return None if lead is None or stopped_s < TURN_S[vehicle] else turning_round(scene, lead, why)
