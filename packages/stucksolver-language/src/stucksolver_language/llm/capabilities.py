@@ -124,6 +124,8 @@ class ServerCapabilities:
     """True if a schema may limit numbers and lengths."""
     system: bool = True
     """True if there may be a system turn."""
+    returns_calls: bool = True
+    """True if the model's calls may be sent back as calls, for a repair or with the guard's verdict."""
     notes: list[str] = field(default_factory=list)
     """Dropped features with the reason, for the user."""
     room: bool = True
@@ -184,6 +186,9 @@ class ServerCapabilities:
             parameter: The field that the server names, if any.
             request: The rejected request.
         """
+        returns = self.returns_calls and any(turn.get("tool_calls") for turn in request["messages"])
+        if returns and _OF_CALLS.search(message):
+            return self._quote_calls(message)
         if self.pictures and _has_picture(request) and rejects_pictures(message):
             self.pictures = False
             self._note("omits pictures", message)
@@ -198,11 +203,20 @@ class ServerCapabilities:
         for name in names:
             if name in request and name in _PARAMETERS and self._give_up(str(name), message):
                 return True
-        if self._has_schema(request) and self.limits and _SCHEMA_TOO_HARD.search(message):
+        if returns:
+            # The same request without the calls was accepted.
+            return self._quote_calls(message)
+        too_hard = self._has_schema(request) and rejects_size(message)
+        if too_hard and self.limits:
             self.limits = False
             self._note("omits limits in the schema", message)
             return True
-        return any(word in message.lower() for word in _OF_DIALECTS) and self.step_down(message)
+        return (too_hard or any(word in message.lower() for word in _OF_DIALECTS)) and self.step_down(message)
+
+    def _quote_calls(self, why: str) -> bool:
+        self.returns_calls = False
+        self._note("quotes the model's calls as text", why)
+        return True
 
     def _has_schema(self, request: dict[str, Any]) -> bool:
         return "tools" in request or "response_format" in request
@@ -248,6 +262,11 @@ _OF_DIALECTS = ("tool", "function", "strict", "schema", "response_format", "guid
 _SCHEMA_TOO_HARD = re.compile(
     r"too many states|too complex|complexity|m(?:ax|in)(?:Length|Items|imum)|exclusiveM(?:ax|in)imum"
 )
+_OF_CALLS = re.compile(
+    r"(?i)tool[_ ]?calls?\b|function_?call|\btool (?:message|role|result)|role.{0,60}\btool\b|reasoning_|thought_?signature"
+    r"|alternat|arguments"
+)
+"""Words of servers that reject a call, the response to it, or the thoughts with it, when they come back."""
 _TOKEN_BOUND = re.compile(
     r"(?i)(?:at most|maximum(?: value)?(?: of| is)?|less than or equal to|up to|<=|limit(?: of| is)?|\[1,)"
     r"\s{0,3}(\d{2,7})"
@@ -305,6 +324,11 @@ def rejects_pictures(message: str) -> bool:
         return False
     asks_for_text = "content" in text and "string" in text
     return asks_for_text or re.search(r"image|vision|multi-?modal|modalit|mmproj", text) is not None
+
+
+def rejects_size(message: str) -> bool:
+    """True if a message rejects a schema because of its size or its limits."""
+    return _SCHEMA_TOO_HARD.search(message) is not None
 
 
 def rejects_one_picture(message: str) -> bool:

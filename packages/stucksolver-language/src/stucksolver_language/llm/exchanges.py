@@ -136,7 +136,7 @@ def request_form(messages: Sequence[Message], tools: Sequence[Tool], must_call: 
     for message in messages:
         turn: dict[str, Any] = {"role": message.role, "text": message.text, "call_id": message.call_id}
         turn["calls"] = [_call_form(call) for call in message.calls]
-        turn["image_sha256"] = image_digest(message)
+        turn["image_sha256"], turn["extra"] = image_digest(message), message.extra
         turns.append({key: value for key, value in turn.items() if value})
     return {"messages": turns, "tools": [dataclasses.asdict(tool) for tool in tools], "must_call": must_call}
 
@@ -198,4 +198,5 @@ def _reply(data: dict[str, Any]) -> ChatReply:
         data.get("saw", True),
         data.get("thoughts", ""),
         data.get("raw", ""),
+        data.get("extra", {}),
     )

@@ -255,7 +255,7 @@ def _response_turns(reply: ChatReply, text: str) -> list[Message]:
     if reply.calls and all(map(_is_valid, reply.calls)):
         others = [Message("tool", ONE_CALL, call_id=call.id) for call in reply.calls[1:]]
         first = Message("tool", text, call_id=reply.calls[0].id)
-        return [Message("assistant", reply.text, calls=reply.calls), first, *others]
+        return [Message("assistant", reply.text, calls=reply.calls, extra=reply.extra), first, *others]
     said = reply.text or "\n".join(call.arguments for call in reply.calls) or reply.thoughts[:MOST_QUOTED]
     return [Message("assistant", said or "(empty)"), Message("user", text)]
 

@@ -22,6 +22,7 @@ from stucksolver_language.llm.capabilities import (
     ModelOptions,
     has_deployment,
     rejects_one_picture,
+    rejects_size,
 )
 from stucksolver_language.llm.chat import (
     ChatReply,
@@ -259,7 +260,7 @@ class OpenAiChat:
         message = self._clean(failure.message)
         if is_context_overflow(message):
             return self.takes.give_room_back(message)
-        hard_schema = failure.status == 429 and "schema" in message.lower()
+        hard_schema = failure.status == 429 and ("schema" in message.lower() or rejects_size(message))
         if failure.withheld or not (failure.status in REFUSALS or hard_schema):
             return False
         return self.takes.learn(message, failure.parameter, request)

@@ -28,6 +28,9 @@ def request_of(
         PermanentReasonerError: An image is too large.
     """
     final = next(tool for tool in tools if must_call is None or tool.name == must_call)
+    if not takes.returns_calls or takes.dialect not in (Dialect.STRICT_TOOL, Dialect.TOOL):
+        # Servers reject calls in a request that declares no function.
+        messages = quoted(messages)
     request: dict[str, Any] = {
         "model": model,
         "messages": [_turn(m, takes.pictures) for m in messages],
@@ -48,6 +51,20 @@ def request_of(
     if not takes.system:
         request["messages"] = _without_system(request["messages"])
     return request
+
+
+def quoted(messages: Sequence[Message]) -> list[Message]:
+    """Return a conversation with its calls and the first response to each turn's calls as text."""
+    turns: list[Message] = []
+    for message in messages:
+        if message.calls:
+            said = [message.text] if message.text else []
+            turns.append(Message(message.role, "\n".join(said + [call.arguments for call in message.calls])))
+        elif message.role != "tool":
+            turns.append(message)
+        elif turns[-1].role == "assistant":
+            turns.append(Message("user", message.text))
+    return turns
 
 
 def _ask_by_tool(request: dict[str, Any], tools: Sequence[Tool], name: str | None, takes: ServerCapabilities) -> None:
@@ -94,7 +111,7 @@ def _without_system(turns: list[dict[str, Any]]) -> list[dict[str, Any]]:
 def _turn(message: Message, pictures: bool) -> dict[str, Any]:
     if message.role == "tool":
         return {"role": "tool", "tool_call_id": message.call_id, "content": message.text}
-    turn: dict[str, Any] = {"role": message.role, "content": message.text}
+    turn: dict[str, Any] = {"role": message.role, "content": message.text, **message.extra}
     if message.calls:
         turn["tool_calls"] = [_call(call) for call in message.calls]
     if message.image is not None and pictures:

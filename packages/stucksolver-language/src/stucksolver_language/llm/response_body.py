@@ -29,6 +29,10 @@ WITHHELD = frozenset(
     {"content_filter", "safety", "refusal", "recitation", "blocklist", "prohibited_content", "spii", "sensitive"}
 )
 """Reasons why an answer ended, of all providers, in lower case."""
+KEPT_OF_CALLS = ("extra_content", "provider_specific_fields", "thought_signature")
+"""Fields of a call that must come back with it: Gemini's own endpoint, LiteLLM, and other proxies."""
+KEPT_OF_MESSAGES = ("reasoning_content", "reasoning_details", "thinking_blocks")
+"""Fields of a message that must come back while one of its calls is open: DeepSeek, OpenRouter, LiteLLM."""
 _THOUGHTS = frozenset({"reasoning", "reasoning_content", "reasoning_text", "reasoning_details", "thinking", "thoughts"})
 _CONTENT = ("content", "parts", "output", "output_text", "response", "text")
 _ARGUMENTS = ("arguments", "input", "args", "parameters")
@@ -80,6 +84,7 @@ def reply_of(body: Any, raw: str, asked: str, saw: bool) -> ChatReply:
         saw,
         "\n".join(dict.fromkeys(found.thoughts)),
         raw,
+        {key: message[key] for key in KEPT_OF_MESSAGES if message.get(key)} if found.calls else {},
     )
 
 
@@ -243,7 +248,7 @@ def _collect_call(entry: Any, found: _Found) -> None:
     )
     arguments = next((inner[key] for key in _ARGUMENTS if inner.get(key) is not None), "")
     identifier = entry.get("id") or entry.get("call_id") or f"call_{len(found.calls)}"
-    extra = {key: entry[key] for key in ("extra_content",) if isinstance(entry.get(key), dict)}
+    extra = {key: entry[key] for key in KEPT_OF_CALLS if isinstance(entry.get(key), dict | str)}
     text = arguments if isinstance(arguments, str) else _as_text(arguments)
     found.calls.append(ToolCall(str(identifier), plain_name(str(inner.get("name") or "")), text, extra))
 

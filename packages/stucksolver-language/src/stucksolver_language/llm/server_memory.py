@@ -20,7 +20,7 @@ from stucksolver_language.llm.capabilities import (
 
 VARIABLE = "STUCKSOLVER_SERVERS"
 """What was found, as JSON, for processes that this one starts. It holds no keys and no text of a server."""
-PLAIN = ("pictures", "temperature", "token_field", "effort", "parallel", "most_tokens", "limits", "system", "room")
+PLAIN = ("pictures", "temperature", "token_field", "effort", "parallel", "most_tokens", "limits", "system", "returns_calls", "room")
 
 _known: dict[str, ServerCapabilities] = {}
 
