@@ -24,7 +24,9 @@ from stucksolver_language.llm import (
     Price,
     UsageLimits,
 )
-from stucksolver_language.llm.capabilities import Dialect, ModelOptions, capabilities_of
+from stucksolver_language.llm.capabilities import capabilities_of
+from stucksolver_language.llm.dialects import Dialect
+from stucksolver_language.llm.model_options import ModelOptions
 from stucksolver_language.llm.openai_api import OpenAiChat
 from worlds import World, red_light, straight_road, thing
 

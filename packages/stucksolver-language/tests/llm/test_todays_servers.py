@@ -10,7 +10,7 @@ from answer_forms import CHECK, SCENE, T, bytes_of, called, chat, reasoner_at, t
 from chat_server import Fault
 
 from stucksolver.reasoners import ReasonerError, ReasonerRequest
-from stucksolver_language.llm.capabilities import Dialect
+from stucksolver_language.llm.dialects import Dialect
 
 if find_spec("openai") is None:  # importing it takes as long as collecting five hundred tests
     pytest.skip("the openai package is not installed: add the extra [llm] (README, Install)", allow_module_level=True)

@@ -13,7 +13,6 @@ from stucksolver.reasoners.reasoner import PlanCheck, ReasonerAnswer, ReasonerEr
 from stucksolver.scene import Scene
 from stucksolver.scene.mirror import with_sides_swapped
 from stucksolver_language.llm.answer_parser import FORMAT, AnswerError, parse_answer, parse_plan
-from stucksolver_language.llm.capabilities import MOST_TOKENS
 from stucksolver_language.llm.chat import (
     ChatModel,
     ChatReply,
@@ -26,6 +25,7 @@ from stucksolver_language.llm.chat import (
     TransientReasonerError,
     Usage,
 )
+from stucksolver_language.llm.model_families import MOST_TOKENS
 from stucksolver_language.llm.preflight import preflight_model
 from stucksolver_language.llm.prompt import PROMPT_VERSION, messages
 from stucksolver_language.llm.reply_selection import chosen, only_thought

@@ -18,12 +18,6 @@ from stucksolver_language.llm.api_keys import (
     credentials_for,
     origin_of,
 )
-from stucksolver_language.llm.capabilities import (
-    ModelOptions,
-    has_deployment,
-    rejects_one_picture,
-    rejects_size,
-)
 from stucksolver_language.llm.chat import (
     ChatReply,
     Message,
@@ -34,7 +28,10 @@ from stucksolver_language.llm.chat import (
     Usage,
 )
 from stucksolver_language.llm.event_loop import Cancelled, DeadlineError, Loop
+from stucksolver_language.llm.model_families import has_deployment
+from stucksolver_language.llm.model_options import ModelOptions
 from stucksolver_language.llm.openai_format import request_of
+from stucksolver_language.llm.refusal_words import rejects_one_picture, rejects_size
 from stucksolver_language.llm.reply_selection import answers, is_called, only_thought
 from stucksolver_language.llm.response_body import MOST_RAW, failure_in, read_body, reply_of
 from stucksolver_language.llm.sdk_errors import (

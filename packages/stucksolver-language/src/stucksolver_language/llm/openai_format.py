@@ -6,13 +6,13 @@ import base64
 from collections.abc import Sequence
 from typing import Any
 
-from stucksolver_language.llm.capabilities import Dialect, ServerCapabilities, ToolChoice
+from stucksolver_language.llm.capabilities import ServerCapabilities
 from stucksolver_language.llm.chat import Message, PermanentReasonerError, Tool, ToolCall
+from stucksolver_language.llm.dialects import Dialect, ToolChoice
 from stucksolver_language.llm.prompt import FORM, prose_appendix
 
 LARGEST_IMAGE_BYTES = 5_000_000
 """Largest image in a request (bytes). Ours."""
-NOT_IN_STRICT_MODE = frozenset({"maxLength"})
 LIMITS = frozenset(
     {"maxLength", "minLength", "maxItems", "minItems", "minimum", "maximum", "exclusiveMinimum", "exclusiveMaximum"}
 )
@@ -50,6 +50,9 @@ def request_of(
         request["messages"][0]["content"] += prose_appendix(final)
     if not takes.system:
         request["messages"] = _without_system(request["messages"])
+    if takes.body:
+        # The SDK adds these fields, also those that it does not know.
+        request["extra_body"] = takes.body
     return request
 
 
@@ -85,8 +88,7 @@ def _function(tool: Tool, strict: bool, takes: ServerCapabilities) -> dict[str, 
 
 def _within(schema: Any, takes: ServerCapabilities) -> Any:
     """Return a schema without the keywords that the server rejects."""
-    dropped = frozenset() if takes.limits else LIMITS
-    return _without(schema, dropped | (NOT_IN_STRICT_MODE if takes.strict_subset else frozenset()))
+    return _without(schema, takes.refused_keywords | (frozenset() if takes.limits else LIMITS))
 
 
 def _without(schema: Any, keywords: frozenset[str]) -> Any:

@@ -9,7 +9,7 @@ import time
 from typing import Protocol, runtime_checkable
 
 from stucksolver.scene import CameraImage
-from stucksolver_language.llm.capabilities import Dialect, ServerCapabilities
+from stucksolver_language.llm.capabilities import ServerCapabilities
 from stucksolver_language.llm.chat import (
     ChatModel,
     Message,
@@ -18,6 +18,7 @@ from stucksolver_language.llm.chat import (
     TransientKind,
     TransientReasonerError,
 )
+from stucksolver_language.llm.dialects import Dialect
 from stucksolver_language.llm.sdk_errors import LARGER_CONTEXT
 from stucksolver_language.llm.server_memory import publish
 

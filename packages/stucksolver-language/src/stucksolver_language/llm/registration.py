@@ -8,8 +8,9 @@ from stucksolver.privacy.url_redaction import shown_address, without_login
 from stucksolver.reasoners.reasoner import Reasoner
 from stucksolver.reasoners.registry import ReasonerKind, ReasonerNameError, help_text
 from stucksolver_language.llm import LanguageModelReasoner
-from stucksolver_language.llm.capabilities import parse_options
 from stucksolver_language.llm.exchanges import RecordedChat, RecordingChat
+from stucksolver_language.llm.model_families import family_of
+from stucksolver_language.llm.model_options import parse_options
 from stucksolver_language.llm.openai_api import OpenAiChat
 
 BLIND = "#pictures=off"
@@ -35,8 +36,8 @@ def _recorded(rest: str, exchanges: Path | None) -> Reasoner:
 
 
 def _sees(rest: str) -> bool:
-    return BLIND not in rest
+    return BLIND not in rest and family_of(rest.partition("#")[0].partition("@")[0]).pictures
 
 
 OPENAI = ReasonerKind("openai", "openai:MODEL[@BASE_URL][#OPTION=VALUE…]", _openai, _sees)
-RECORDED = ReasonerKind("recorded", "recorded:FOLDER", _recorded, _sees)
+RECORDED = ReasonerKind("recorded", "recorded:FOLDER", _recorded, lambda rest: True)
