@@ -184,9 +184,9 @@ def _error(text: str, **more: Any) -> bytes:
 
 
 def scene_of(request: Request) -> str:
-    """The first user turn's text."""
+    """The first user turn's text, without that of a system turn before it."""
     content = next(m["content"] for m in request["messages"] if m["role"] == "user")
-    return content if isinstance(content, str) else next(part["text"] for part in content if part["type"] == "text")
+    return content if isinstance(content, str) else [part["text"] for part in content if part["type"] == "text"][-1]
 
 
 def schema_of(request: Request) -> dict[str, Any]:
@@ -204,6 +204,12 @@ def behaviors_of(schema: dict[str, Any]) -> list[str]:
     return [item["$ref"].rpartition("/")[2] for item in schema["$defs"]["behavior"]["anyOf"]]
 
 
+def available_in(text: str) -> list[str]:
+    """The behaviors that a scene's text names as available."""
+    line = next(line for line in text.splitlines() if line.startswith("behaviors available now: "))
+    return line.partition(": ")[2].split(", ")
+
+
 def picture_of(request: Request) -> bool:
     """Does a request hold a picture?"""
     return any(isinstance(message["content"], list) for message in request["messages"])
@@ -219,7 +225,7 @@ def _think(request: Request) -> dict[str, Any]:
     if "observation" not in schema_of(request)["properties"]:
         text = json.dumps({"ready": True})
         return call("ready", text) if request.get("tools") else {"role": "assistant", "content": text}
-    text = json.dumps(mind.answer(scene_of(request), behaviors_of(schema_of(request))))
+    text = json.dumps(mind.answer(scene_of(request), available_in(scene_of(request))))
     if request.get("tools"):
         return call("decide", text)
     prose = "response_format" not in request

@@ -7,7 +7,7 @@ import json
 
 import mind
 import pytest
-from chat_server import behaviors_of
+from chat_server import available_in
 
 from stucksolver.plan import GuidanceIntent, WaitReason
 from stucksolver.reasoners import ReasonerTrace
@@ -24,7 +24,7 @@ GUIDED = SCENE.model_copy(update={"guidance": Guidance(text="please overtake", t
 
 
 def good(sc):
-    return mind.answer(messages(sc)[1].text, behaviors_of(decide_tool(sc).parameters))
+    return mind.answer(messages(sc)[1].text, available_in(messages(sc)[1].text))
 
 
 def changed(sc, *changes):

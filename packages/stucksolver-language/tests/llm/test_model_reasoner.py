@@ -11,7 +11,7 @@ from dataclasses import replace
 from importlib.util import find_spec
 
 import pytest
-from chat_server import Fault, behaviors_of, call, scene_of, schema_of
+from chat_server import Fault, available_in, call, scene_of, schema_of
 
 from stucksolver.plan.behaviors import BorrowOncomingLane, ChangeLane
 from stucksolver.reasoners import ReasonerError, ReasonerRequest
@@ -65,7 +65,7 @@ def good(sc):
     from stucksolver_language.llm.prompt import messages
     from stucksolver_language.llm.tool_schema import decide_tool
 
-    return mind.answer(messages(sc)[1].text, behaviors_of(decide_tool(sc).parameters))
+    return mind.answer(messages(sc)[1].text, available_in(messages(sc)[1].text))
 
 
 def spoilt(sc, change):
@@ -350,7 +350,7 @@ def test_a_budget_in_money_needs_a_price():
         UsageLimits(None, trip=Budget(usd=1.0))
 
 
-def test_the_schema_offers_only_what_can_be_done_here(server):
+def test_the_prompt_offers_only_what_can_be_done_here(server):
     reasoner(server).decide(ReasonerRequest(scene(straight_road(oncoming=None))))
-    names = behaviors_of(schema_of(server.requests[0]))
+    names = available_in(scene_of(server.requests[0]))
     assert "change_lane" not in names and "borrow_oncoming_lane" not in names and "drive_over" not in names
