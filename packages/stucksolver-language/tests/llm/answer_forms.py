@@ -16,7 +16,6 @@ from stucksolver.reasoners.factory import make_reasoner
 from stucksolver.scene import LineKind
 from stucksolver_language.llm import LanguageModelReasoner, ModelSettings
 from stucksolver_language.llm.prompt import messages
-from stucksolver_language.llm.tool_schema import decide_tool
 from worlds import World, straight_road, thing
 
 

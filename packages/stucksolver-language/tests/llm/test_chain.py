@@ -16,7 +16,6 @@ from stucksolver.scene import Guidance, LineKind
 from stucksolver_language.llm import AnswerError, parse_answer
 from stucksolver_language.llm.chain_consistency import wrong_chain
 from stucksolver_language.llm.prompt import messages
-from stucksolver_language.llm.tool_schema import decide_tool
 from worlds import World, straight_road, thing
 
 SCENE = World(straight_road(left=LineKind.BROKEN), [thing("car", 60.0)]).scene()

@@ -19,7 +19,6 @@ from stucksolver_language.llm import LanguageModelReasoner, ModelSettings
 from stucksolver_language.llm.exchanges import ExchangesError, RecordedChat, RecordingChat
 from stucksolver_language.llm.openai_api import OpenAiChat
 from stucksolver_language.llm.prompt import messages
-from stucksolver_language.llm.tool_schema import decide_tool
 from worlds import World, straight_road, thing
 
 if find_spec("openai") is None:  # importing it takes as long as collecting five hundred tests

@@ -11,7 +11,7 @@ from dataclasses import replace
 from importlib.util import find_spec
 
 import pytest
-from chat_server import Fault, available_in, call, scene_of, schema_of
+from chat_server import Fault, available_in, call, scene_of
 
 from stucksolver.plan.behaviors import BorrowOncomingLane, ChangeLane
 from stucksolver.reasoners import ReasonerError, ReasonerRequest
@@ -63,7 +63,6 @@ def good(sc):
     import mind
 
     from stucksolver_language.llm.prompt import messages
-    from stucksolver_language.llm.tool_schema import decide_tool
 
     return mind.answer(messages(sc)[1].text, available_in(messages(sc)[1].text))
 

@@ -159,7 +159,9 @@ def test_schema_is_the_same_in_every_query_of_a_drive():
     """Providers compile a schema when it comes first, so it may not depend on the scene."""
     start = CandidateWaypoint(id="w7", lane_id="left", x_m=20, y_m=3.5, distance_m=20)
     words = Guidance(text="overtake", time_s=0.0)
-    scenes = [scene(n, waypoints=starts, guidance=g) for n in (0, 2, 9) for starts in ((), (start,)) for g in (None, words)]
+    scenes = [
+        scene(n, waypoints=starts, guidance=g) for n in (0, 2, 9) for starts in ((), (start,)) for g in (None, words)
+    ]
     assert len({json.dumps(decide_tool(made).parameters) for made in scenes}) == 1
     assert len({json.dumps(check_tool(made).parameters) for made in scenes}) == 1
     assert decide_tool(scenes[0]) == full_decide_tool()

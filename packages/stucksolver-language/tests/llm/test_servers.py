@@ -382,10 +382,15 @@ def test_a_preflight_is_one_request_that_learns_and_tells(server):
     assert len(server.requests) == before + 1
 
 
-def test_server_preflight_without_fault_is_one_short_request(server):
-    """The preflight of a server without faults makes one short request and returns no notes."""
-    assert asking(server).preflight() == ()
-    assert len(server.requests) == 1 and len(json.dumps(server.requests[0])) < 2000
+def test_server_preflight_without_fault_makes_two_short_requests(server):
+    """The second one proves that the picture of the first was counted. Both have the schema of a decision."""
+    reasoner = asking(server)
+    assert reasoner.preflight() == ()
+    first, second = server.requests
+    assert picture_of(first) and not picture_of(second)
+    assert len(json.dumps(first["messages"])) < 1200 and first["max_tokens"] == 32
+    reasoner.decide(ReasonerRequest(scene()))
+    assert server.requests[2]["response_format"] == first["response_format"]
 
 
 @pytest.mark.parametrize(
@@ -404,7 +409,7 @@ def test_server_small_context_fails_preflight(server, entry, context):
 
 def test_server_sufficient_context_gives_no_note(server):
     """A context that is large enough for the prompt gives no note."""
-    server.models = [{"id": MODEL, "max_model_len": 4096}, {"id": "other", "max_model_len": 512}]
+    server.models = [{"id": MODEL, "max_model_len": 4200}, {"id": "other", "max_model_len": 512}]
     assert asking(server).preflight() == ()
 
 
@@ -417,7 +422,7 @@ def test_ollamas_default_is_told(server):
 def test_a_busy_server_is_waited_for(server):
     server.faults.append(Fault(status=503, headers={"retry-after": "0"}, error={"message": "Loading model"}))
     assert asking(server).preflight() == ()
-    assert len(server.requests) == 2
+    assert len(server.requests) == 3
 
 
 @pytest.mark.parametrize(

@@ -28,8 +28,8 @@ class ToolCall:
 class Message:
     """One turn.
 
-    Only a user's turn has an `image`, and only an assistant's has `calls`. `call_id` names the answered call. `extra` is
-    data of the provider that must come back with the calls, such as the model's thoughts.
+    Only a user's turn has an `image`, and only an assistant's has `calls`. `call_id` names the answered call. `extra`
+    is data of the provider that must come back with the calls, such as the model's thoughts.
     """
 
     role: Literal["system", "user", "assistant", "tool"]

@@ -12,8 +12,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
-from stucksolver_language.llm.chat import ChatReply, Finish, ToolCall, Usage
+from stucksolver_language.llm.chat import ChatReply, Finish, ToolCall
 from stucksolver_language.llm.server_failure import ServerFailure, failure_of, one_line, reported_error, words_of
+from stucksolver_language.llm.token_usage import usage_in
 from stucksolver_language.llm.written_calls import plain_name
 
 MOST_BODY = 4_000_000
@@ -78,7 +79,7 @@ def reply_of(body: Any, raw: str, asked: str, saw: bool) -> ChatReply:
     return ChatReply(
         "".join(found.texts),
         tuple(found.calls),
-        _usage(body),
+        usage_in(body),
         model if isinstance(model, str) and model else asked,
         Finish.CUT_OFF if finish in CUT_OFF else Finish.WHOLE if finish in WHOLE else Finish.UNTOLD,
         saw,
@@ -284,20 +285,3 @@ def _first(items: Any) -> dict[str, Any]:
     """Return the first item of a list if it is an object; otherwise an empty object."""
     first = items[0] if isinstance(items, list) and items else None
     return first if isinstance(first, dict) else {}
-
-
-def _usage(body: Any) -> Usage | None:
-    usage = body.get("usage") if isinstance(body, dict) else None
-    places = [place for place in (usage, body) if isinstance(place, dict)]
-    read = _count(places, ("prompt_tokens", "input_tokens", "prompt_eval_count"))
-    if read is None:
-        return None
-    details = usage.get("prompt_tokens_details") if isinstance(usage, dict) else None
-    cached = _count([details], ("cached_tokens",)) if isinstance(details, dict) else None
-    written = _count(places, ("completion_tokens", "output_tokens", "eval_count"))
-    return Usage(read, written or 0, cached or 0)
-
-
-def _count(places: list[dict[str, Any]], names: tuple[str, ...]) -> int | None:
-    stated = [place.get(name) for place in places for name in names]
-    return next((n for n in stated if isinstance(n, int) and not isinstance(n, bool) and 0 <= n < 2**40), None)
