@@ -13,6 +13,9 @@ from importlib.util import find_spec
 import pytest
 from chat_server import Fault, available_in, call, scene_of
 
+from stucksolver.ladder import PROFILES
+from stucksolver.ladder import profile as ladder_profile
+from stucksolver.ladder.rungs import ModelRung, RulesRung
 from stucksolver.plan.behaviors import BorrowOncomingLane, ChangeLane
 from stucksolver.reasoners import ReasonerError, ReasonerRequest
 from stucksolver.scene import CameraImage, Guidance, LineKind
@@ -353,3 +356,15 @@ def test_the_prompt_offers_only_what_can_be_done_here(server):
     reasoner(server).decide(ReasonerRequest(scene(straight_road(oncoming=None))))
     names = available_in(scene_of(server.requests[0]))
     assert "change_lane" not in names and "borrow_oncoming_lane" not in names and "drive_over" not in names
+
+
+EXCHANGE_S = 2.8
+"""Duration of an exchange in the paper (s)."""
+
+
+@pytest.mark.parametrize("profile", PROFILES)
+def test_deadline_of_the_rung_allows_every_check_and_the_decision(profile):
+    rungs = [rung for rung in ladder_profile(profile).rungs if isinstance(rung, RulesRung | ModelRung)]
+    needed = (ModelSettings().checks + 1) * EXCHANGE_S
+    assert [rung.deadline_s >= needed for rung in rungs] == [True, True]
+    assert ModelSettings().deadline_s >= needed and ModelRung().deadline_s >= needed

@@ -47,7 +47,7 @@ EPISODE_PROGRESS_M = 15.0
 class ModelSettings:
     """Limits of one decision."""
 
-    deadline_s: float = 5.0
+    deadline_s: float = 10.0
     """Wall time for one decision, with repairs and retries (s). A deadline in the request takes precedence."""
     repairs: int = 1
     """Number of invalid answers that are quoted to the model for repair. Ours."""

@@ -13,6 +13,12 @@ from pydantic import Field
 from stucksolver.ladder.rung_actions import AskPerson, AskReasoner, CallAssistance, CheckForWait, Move, Resume
 from stucksolver.scene.base_model import FrozenModel
 
+DEADLINE_S = 10.0
+"""Deadline of a reasoner's answer (s).
+
+A language model may query the guard twice before it decides: three exchanges of 2.8 s (Bao & Li 2025) take 8.4 s.
+"""
+
 
 class Rung(FrozenModel, ABC):
     """One rung of a ladder: a table in its file."""
@@ -44,8 +50,8 @@ class RulesRung(Rung):
     summary: ClassVar[str] = "query the rules for a plan, which the guard checks"
 
     kind: Literal["rules"] = "rules"
-    deadline_s: float = Field(default=5.0, gt=0, le=600)
-    """Deadline of an answer (s); a later answer is dropped. Ours."""
+    deadline_s: float = Field(default=DEADLINE_S, gt=0, le=600)
+    """Deadline of an answer (s); a later answer is dropped."""
     tries: int = Field(default=5, ge=1, le=1000)
     """Number of plans or answers without success before the next rung. Ours."""
     cooldown_s: float = Field(default=2.0, ge=0.1, le=600)
@@ -83,7 +89,7 @@ class ModelRung(Rung):
     kind: Literal["model"] = "model"
     reasoner: str = "model"
     """Name of the reasoner in the stack."""
-    deadline_s: float = Field(default=5.0, gt=0, le=600)
+    deadline_s: float = Field(default=DEADLINE_S, gt=0, le=600)
     tries: int = Field(default=3, ge=1, le=1000)
     cooldown_s: float = Field(default=3.0, ge=0.1, le=600)
     repair_rounds: int = Field(default=1, ge=0, le=5)
