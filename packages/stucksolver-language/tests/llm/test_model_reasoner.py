@@ -333,7 +333,7 @@ def test_progress_begins_a_new_episode_but_not_a_new_trip(server):
         return made.model_copy(update={"ego": made.ego.model_copy(update={"distance_to_destination_m": left})})
 
     asking.decide(ReasonerRequest(at(200.0)))
-    with pytest.raises(PermanentReasonerError, match="episode"):
+    with pytest.raises(PermanentReasonerError, match="intervention"):
         asking.decide(ReasonerRequest(at(199.0)))
     asking.decide(ReasonerRequest(at(150.0)))
     with pytest.raises(PermanentReasonerError, match="trip"):

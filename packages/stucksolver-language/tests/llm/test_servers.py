@@ -355,7 +355,7 @@ def test_a_question_whose_answer_came_too_late_is_paid_for(server):
     for _ in range(2):
         with pytest.raises(ReasonerError, match="deadline"):
             reasoner.decide(ReasonerRequest(scene()))
-    spent = reasoner.usage_limits.spent["episode"]
+    spent = reasoner.usage_limits.spent["intervention"]
     assert spent.queries == 2 and spent.tokens > 4000 and spent.usd == pytest.approx(spent.tokens / 1e6)
     with pytest.raises(ReasonerError, match="budget of 2 queries"):
         reasoner.decide(ReasonerRequest(scene()))

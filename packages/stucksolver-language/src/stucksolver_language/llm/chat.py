@@ -142,6 +142,8 @@ class TransientReasonerError(ReasonerError):
 
     raw: str = ""
     """The response as it came, without keys, for the record; empty without one."""
+    usage: Usage | None = None
+    """Tokens that the server stated for the failed exchange; None if it stated none."""
 
     def __init__(self, text: str, trouble: TransientKind = TransientKind.BUSY, after_s: float | None = None) -> None:
         super().__init__(text)
@@ -156,6 +158,8 @@ class PermanentReasonerError(ReasonerError):
 
     raw: str = ""
     """The response as it came, without keys, for the record; empty without one."""
+    usage: Usage | None = None
+    """Tokens that the server stated for the failed exchange; None if it stated none."""
 
     def __init__(self, text: str, *, lasting: bool = False, paid: bool = False) -> None:
         super().__init__(text)

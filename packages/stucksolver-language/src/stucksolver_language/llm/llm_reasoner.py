@@ -9,6 +9,7 @@ import time
 from dataclasses import dataclass, field
 
 from stucksolver.plan import Decision
+from stucksolver.query_budget import QueryBudget
 from stucksolver.reasoners.reasoner import PlanCheck, ReasonerAnswer, ReasonerError, ReasonerRequest, ReasonerTrace
 from stucksolver.scene import Scene
 from stucksolver.scene.mirror import with_sides_swapped
@@ -26,11 +27,18 @@ from stucksolver_language.llm.chat import (
     Usage,
 )
 from stucksolver_language.llm.model_families import MOST_TOKENS
+from stucksolver_language.llm.model_options import ModelOptions
 from stucksolver_language.llm.preflight import preflight_model
 from stucksolver_language.llm.prompt import PROMPT_VERSION, messages
 from stucksolver_language.llm.reply_selection import chosen, only_thought
 from stucksolver_language.llm.tool_schema import CHECK_PLAN, DECIDE, check_tool, decide_tool
-from stucksolver_language.llm.usage_budget import CHARACTERS_FOR_A_TOKEN, PRICES, UsageLimits, estimate
+from stucksolver_language.llm.usage_budget import (
+    CHARACTERS_FOR_A_TOKEN,
+    UsageLimits,
+    cost_note,
+    estimate,
+    usage_limits_of,
+)
 
 FIRST_PAUSE_S = 0.25
 """Pause before the first retry (s). It doubles with each retry. Ours."""
@@ -66,6 +74,7 @@ class _Query:
     check: PlanCheck | None
     checks_left: int
     repairs_left: int
+    budget: QueryBudget | None
     answers: list[str] = field(default_factory=list)
     usage: Usage | None = None
     model: str | None = None
@@ -90,14 +99,17 @@ class LanguageModelReasoner:
     ) -> None:
         self.model = model
         self.name = f"{model.name} (prompt {PROMPT_VERSION})"
-        self.usage_limits = usage_limits or UsageLimits(PRICES.get(getattr(model, "model", "")))
+        self.usage_limits = usage_limits or _default_limits(model)
         self._settings = settings or ModelSettings()
         self._cancelled = threading.Event()
         self._last: tuple[float, float | None] | None = None
 
     def preflight(self) -> tuple[str, ...]:
         """Check the model with one short query that counts toward no budget, as the solver requires before a drive."""
-        return preflight_model(self.model)
+        notes = preflight_model(self.model)
+        takes = getattr(getattr(self.model, "inner", self.model), "takes", None)
+        cost = None if takes is None else cost_note(self.usage_limits, takes.pictures)
+        return notes if cost is None else (*notes, f"{self.model.name} {cost}")
 
     def decide(self, request: ReasonerRequest) -> ReasonerAnswer:
         """Query the model, as in `Reasoner`. Without a deadline in the request, the one in the settings applies.
@@ -108,7 +120,9 @@ class LanguageModelReasoner:
         scene = request.scene
         self._cancelled.clear()
         self._note_episode(scene)
-        self.usage_limits.check()
+        self.usage_limits.check(request.budget, scene.time_s)
+        self._last = (scene.time_s, scene.ego.distance_to_destination_m)
+        self.usage_limits.begin_query(scene.time_s)
         query = _Query(
             scene,
             messages(scene),
@@ -117,6 +131,7 @@ class LanguageModelReasoner:
             request.check,
             self._settings.checks,
             self._settings.repairs,
+            request.budget,
         )
         first = list(query.turns)
         try:
@@ -183,11 +198,12 @@ class LanguageModelReasoner:
             return reply
 
     def _failed(self, query: _Query, tools: list[Tool], error: TransientReasonerError | PermanentReasonerError) -> None:
-        """Count a query that was sent, even if its answer was late."""
+        """Count a failed query that was sent: with the tokens that the server stated, or by estimate if it was late."""
         paid = error.paid if isinstance(error, PermanentReasonerError) else error.trouble is TransientKind.LATE
-        if paid:
-            query.add(estimate(query.turns, tools, MOST_TOKENS))
-            self.usage_limits.add(estimate(query.turns, tools, MOST_TOKENS))
+        usage = error.usage or (estimate(query.turns, tools, MOST_TOKENS) if paid else None)
+        if usage is not None:
+            query.add(usage)
+            self.usage_limits.add(usage)
 
     def _trace(self, query: _Query, first: list[Message]) -> ReasonerTrace:
         return ReasonerTrace(
@@ -210,6 +226,7 @@ class LanguageModelReasoner:
     def _answer_check(self, query: _Query, reply: ChatReply, answer: str) -> None:
         assert query.check is not None
         query.checks_left -= 1
+        self.usage_limits.refund_check()
         try:
             verdict = query.check(parse_plan(answer, query.scene))
             verdict = with_sides_swapped(verdict) if query.scene.mirrored else verdict
@@ -223,7 +240,7 @@ class LanguageModelReasoner:
         if query.repairs_left == 0:
             raise ReasonerError(f"{self.model.name} gave an invalid answer: {error}") from error
         query.repairs_left -= 1
-        self.usage_limits.check()
+        self.usage_limits.check(query.budget)
         query.turns += _response_turns(
             reply, f"That answer cannot be used: {error}. Answer again, complete and corrected."
         )
@@ -231,12 +248,20 @@ class LanguageModelReasoner:
     def _note_episode(self, scene: Scene) -> None:
         """Start a new budget after 60 s without a query, or after 15 m of progress since the last query."""
         left, last = scene.ego.distance_to_destination_m, self._last
-        self._last = (scene.time_s, left)
         if last is None:
             return
         progressed = left is not None and last[1] is not None and last[1] - left > EPISODE_PROGRESS_M
         if progressed or not 0 <= scene.time_s - last[0] <= EPISODE_PAUSE_S:
             self.usage_limits.new_episode()
+
+
+def _default_limits(model: ChatModel) -> UsageLimits:
+    """Return the limits that a model's own options state, with the price of its vendor."""
+    inner: object = getattr(model, "inner", model)
+    options = getattr(inner, "options", None)
+    if not isinstance(options, ModelOptions):
+        return UsageLimits(None)
+    return usage_limits_of(getattr(inner, "model", ""), getattr(inner, "base_url", None), options)
 
 
 def _cut_off(reply: ChatReply) -> str:

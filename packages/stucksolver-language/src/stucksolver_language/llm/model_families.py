@@ -119,6 +119,16 @@ def has_deployment(base_url: str | None) -> bool:
     return base_url is not None and DEPLOYMENT in urlsplit(base_url).path
 
 
+def listed_price(model: str, base_url: str | None) -> tuple[float, float, float] | None:
+    """Return the vendor's price (US dollars per million tokens): input, input from the cache, output; None if unknown.
+
+    The price of a model at another server is unknown, whatever its name.
+    """
+    name = re.sub(r"-20\d\d-?\d\d-?\d\d$", "", model.lower())
+    found = _table()["prices"].get(name) if server_of(base_url).hosts else None
+    return None if found is None else (found[0], found[1], found[2])
+
+
 def switch_fields(family: ModelFamily, server: ServerKind, think: bool) -> dict[str, Any]:
     """Return the fields of a request that switch thinking on or off, in all spellings of a server."""
     fields: dict[str, Any] = {}
@@ -132,6 +142,7 @@ def switch_fields(family: ModelFamily, server: ServerKind, think: bool) -> dict[
     return fields
 
 
+@cache
 def _table() -> dict[str, Any]:
     found: dict[str, Any] = tomllib.loads(files(__package__).joinpath(TABLE).read_text(encoding="utf-8"))
     return found

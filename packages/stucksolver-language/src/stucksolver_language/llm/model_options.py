@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, replace
+import math
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal, get_args
 
 from stucksolver_language.llm.dialects import Dialect
 
 Effort = Literal["none", "minimal", "low", "medium", "high"]
 OPTIONS_HELP = (
-    "#pictures=off, #think=on|off, #effort=low, #tokens=3000, #call=strict|tool|schema|prose, #body.FIELD=VALUE"
+    "#pictures=off, #think=on|off, #effort=low, #tokens=3000, #call=strict|tool|schema|prose, #body.FIELD=VALUE, "
+    "#intervention.queries|tokens|usd=N|off, #trip.queries|tokens|usd=N|off, #price=IN/CACHED/OUT"
 )
+LIMITS = tuple(f"{scope}.{what}" for scope in ("intervention", "trip") for what in ("queries", "tokens", "usd"))
+"""Bounds of the budgets that an option may set."""
 BODY = "body."
 OURS = frozenset({"model", "messages", "tools", "tool_choice", "response_format", "stream", "n", "functions"})
 """Fields of a request that no option may set: they carry the query and decide in which form the answer comes."""
@@ -37,6 +41,10 @@ class ModelOptions:
     """The only dialect to use."""
     body: tuple[tuple[str, str], ...] = ()
     """Fields to add to each request: path with dots, and value as JSON."""
+    limits: tuple[tuple[str, float], ...] = field(default=(), repr=False)
+    """Bounds of budgets by their names in `LIMITS`; infinite if there is none. They say nothing about the server."""
+    price: tuple[float, float, float] | None = field(default=None, repr=False)
+    """Price of the model (US dollars per million tokens): input, input from the prompt cache, output."""
 
     def body_fields(self) -> dict[str, Any]:
         """Return the fields to add to each request."""
@@ -65,6 +73,8 @@ def parse_options(texts: list[str]) -> ModelOptions:
         try:
             if name.startswith(BODY):
                 options = replace(options, body=(*options.body, _body(name.removeprefix(BODY), value)))
+            elif name in LIMITS:
+                options = replace(options, limits=(*options.limits, (name, _limit(value))))
             else:
                 options = replace(options, **_OPTIONS[name](value))
         except (KeyError, ValueError) as error:
@@ -83,6 +93,20 @@ def _body(path: str, value: str) -> tuple[str, str]:
         # Texts need no quotes, so that a shell needs none either.
         return path, json.dumps(value)
     return path, value
+
+
+def _limit(value: str) -> float:
+    bound = math.inf if value == "off" else float(value)
+    if not bound >= 0:
+        raise ValueError("out of bounds")
+    return bound
+
+
+def _price(value: str) -> dict[str, Any]:
+    read, cached, written = (float(part) for part in value.split("/"))
+    if not all(0 <= part < math.inf for part in (read, cached, written)):
+        raise ValueError("out of bounds")
+    return {"price": (read, cached, written)}
 
 
 def _tokens(value: str) -> dict[str, Any]:
@@ -105,4 +129,5 @@ _OPTIONS: dict[str, Any] = {
     "effort": _effort,
     "tokens": _tokens,
     "call": lambda value: {"call": Dialect(value)},
+    "price": _price,
 }

@@ -37,6 +37,7 @@ from stucksolver_language.llm.sdk_errors import (
 from stucksolver_language.llm.server_failure import ServerFailure, one_line
 from stucksolver_language.llm.server_memory import remembered
 from stucksolver_language.llm.server_text import clean, clean_json, clean_reply
+from stucksolver_language.llm.token_usage import usage_in
 
 URL_VARIABLE = "OPENAI_BASE_URL"
 SHUT_FOR_S = 60.0
@@ -170,14 +171,14 @@ class OpenAiChat:
             if probe_tokens is not None:
                 request[self.takes.token_field] = min(probe_tokens, self.takes.most_tokens)
             reply, failure = await self._answer(client, request)
-            spent = reply.usage if spent is None or reply.usage is None else spent + reply.usage
+            spent = spent if reply.usage is None else reply.usage if spent is None else spent + reply.usage
             reply = replace(reply, usage=spent, saw=reply.saw and not omitted)
             if failure is not None and not answers(reply):
                 if rejects_one_picture(failure.message) and any(m.image for m in messages):
                     messages, omitted = [replace(m, image=None) for m in messages], True
                     self.takes.omit_picture(self._clean(failure.message))
                 elif not self._learns(failure, request):
-                    raise self._error_for(failure, reply.raw)
+                    raise self._error_for(failure, reply)
             elif probe_tokens is not None and (reply.text.strip() or reply.calls or only_thought(reply) or retried):
                 return reply
             elif probe_tokens is None and only_thought(reply) and self.takes.make_room(self.takes.most_tokens):
@@ -206,7 +207,8 @@ class OpenAiChat:
         except openai.APIStatusError as error:
             if error.status_code < 400:
                 raise self._translated(error) from None
-            return replace(nothing, raw=clean_json(error.response.text[:MOST_RAW], self._secrets)), failure_from(error)
+            raw = clean_json(error.response.text[:MOST_RAW], self._secrets)
+            return replace(nothing, raw=raw, usage=usage_in(read_body(error.response.text))), failure_from(error)
         except openai.OpenAIError as error:
             raise self._translated(error) from None
         body, raw = read_body(raw), clean_json(raw[:MOST_RAW], self._secrets)
@@ -230,9 +232,9 @@ class OpenAiChat:
     def _translated(self, error: Any) -> ChatError:
         return translated(error, self.server_name, self.model, keyed=self._keyed, clean=self._clean)
 
-    def _error_for(self, failure: ServerFailure, raw: str) -> ChatError:
+    def _error_for(self, failure: ServerFailure, reply: ChatReply) -> ChatError:
         error = error_for(failure, self.server_name, self.model, keyed=self._keyed, clean=self._clean)
-        error.raw = raw
+        error.raw, error.usage = reply.raw, reply.usage
         return error
 
     @property

@@ -24,9 +24,10 @@ def _openai(rest: str, exchanges: Path | None) -> Reasoner:
         raise ReasonerNameError(f"no model in name: openai:{shown_address(rest)}. Use {help_text()}")
     try:
         chat = OpenAiChat(model, base_url or None, parse_options(options), login)
+        kept = chat if exchanges is None else RecordingChat(chat, exchanges)
+        return LanguageModelReasoner(kept)
     except ValueError as error:
         raise ReasonerNameError(f"openai:{shown_address(rest)}: {error}") from error
-    return LanguageModelReasoner(chat if exchanges is None else RecordingChat(chat, exchanges))
 
 
 def _recorded(rest: str, exchanges: Path | None) -> Reasoner:

@@ -11,6 +11,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field
 
 from stucksolver.ladder.rung_actions import AskPerson, AskReasoner, CallAssistance, CheckForWait, Move, Resume
+from stucksolver.query_budget import QueryBudget
 from stucksolver.scene.base_model import FrozenModel
 
 DEADLINE_S = 10.0
@@ -58,9 +59,11 @@ class RulesRung(Rung):
     """Time between two tries (s). Ours."""
     repair_rounds: int = Field(default=1, ge=0, le=5)
     """Number of times that a reasoner gets the reject reasons of its plan and is queried again at once. Ours."""
+    budget: QueryBudget | None = None
+    """Bounds on the reasoner that replaces the rules, as on the rung `model`."""
 
     def move(self) -> AskReasoner:
-        return AskReasoner("rules", self.deadline_s, self.tries, self.cooldown_s, self.repair_rounds)
+        return AskReasoner("rules", self.deadline_s, self.tries, self.cooldown_s, self.repair_rounds, self.budget)
 
 
 class DistilledRung(Rung):
@@ -93,9 +96,11 @@ class ModelRung(Rung):
     tries: int = Field(default=3, ge=1, le=1000)
     cooldown_s: float = Field(default=3.0, ge=0.1, le=600)
     repair_rounds: int = Field(default=1, ge=0, le=5)
+    budget: QueryBudget | None = None
+    """Bounds on queries, tokens and US dollars in one intervention. None for those of the reasoner."""
 
     def move(self) -> AskReasoner:
-        return AskReasoner(self.reasoner, self.deadline_s, self.tries, self.cooldown_s, self.repair_rounds)
+        return AskReasoner(self.reasoner, self.deadline_s, self.tries, self.cooldown_s, self.repair_rounds, self.budget)
 
 
 class PassengerRung(Rung):
