@@ -30,8 +30,8 @@ MOST_PARTICIPANTS = 8
 """Maximum number of participants in an observation. Ours."""
 MOST_TEXT = 240
 """Longest text (characters): one or two sentences."""
-MOST_ID = 80
-"""Longest id of an object or a waypoint in an answer (characters). Ours."""
+MOST_ID = 40
+"""Longest id of an object or a waypoint in an answer (characters): a UUID has 36. Ours."""
 GUIDED, UNGUIDED = ("S2.1",), ("S2.2", "S2.3", "S2.4", "S2.5")
 """Questions of the chain with and without a passenger's guidance."""
 
