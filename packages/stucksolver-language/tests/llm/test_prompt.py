@@ -167,6 +167,16 @@ def test_schema_is_the_same_in_every_query_of_a_drive():
     assert decide_tool(scenes[0]) == full_decide_tool()
 
 
+def test_long_ids_can_be_expressed():
+    made = scene(1)
+    long = made.objects[0].model_copy(update={"id": "1b4e28ba-2fa1-11d2-883f-0016d3cca427"})
+    lengths = [
+        decide_tool(sc).parameters["$defs"]["object_id"]["maxLength"]
+        for sc in (made, made.model_copy(update={"objects": (long,)}))
+    ]
+    assert lengths == [16, 64]
+
+
 @pytest.mark.parametrize(("words", "questions"), [(None, "S2.2, S2.3, S2.4, S2.5"), ("overtake", "S2.1")])
 def test_questions_that_apply_are_named(words, questions):
     made = scene(guidance=None if words is None else Guidance(text=words, time_s=0.0))

@@ -30,8 +30,12 @@ MOST_PARTICIPANTS = 8
 """Maximum number of participants in an observation. Ours."""
 MOST_TEXT = 240
 """Longest text (characters): one or two sentences."""
-MOST_ID = 40
-"""Longest id of an object or a waypoint in an answer (characters): a UUID has 36. Ours."""
+SHORT_ID, LONG_ID = 16, 64
+"""Longest id of an object or a waypoint in an answer (characters).
+
+The short bound applies as long as the ids of the scene fit: CARLA's are shorter, a UUID has 36. A small model that
+repeats itself fills each id to its bound. Ours.
+"""
 GUIDED, UNGUIDED = ("S2.1",), ("S2.2", "S2.3", "S2.4", "S2.5")
 """Questions of the chain with and without a passenger's guidance."""
 
@@ -40,18 +44,18 @@ Schema = dict[str, Any]
 
 def decide_tool(scene: Scene) -> Tool:
     """Return the function for the final answer: observation, analysis and decision, in the order of the chain."""
-    return _decide_tool(known_behaviors(scene))
+    return _decide_tool(known_behaviors(scene), _id_length(scene))
 
 
 def full_decide_tool() -> Tool:
     """Return the same function for a stack that offers every behavior, for queries without a scene."""
-    return _decide_tool(describe(tuple(REGISTRY)))
+    return _decide_tool(describe(tuple(REGISTRY)), SHORT_ID)
 
 
 def check_tool(scene: Scene) -> Tool:
     """Return the function that queries the guard about a plan before the model commits to it."""
     parameters = _object({"behaviors": _plan()})
-    parameters["$defs"] = _plan_definitions(known_behaviors(scene))
+    parameters["$defs"] = _plan_definitions(known_behaviors(scene), _id_length(scene))
     return Tool(CHECK_PLAN, "Ask whether the safety guard would accept these behaviors now.", parameters)
 
 
@@ -60,7 +64,12 @@ def steps_of(scene: Scene) -> tuple[str, ...]:
     return GUIDED if scene.guidance is not None else UNGUIDED
 
 
-def _decide_tool(behaviors: Sequence[AvailableBehavior]) -> Tool:
+def _id_length(scene: Scene) -> int:
+    ids = [*(obj.id for obj in scene.objects), *(waypoint.id for waypoint in scene.waypoints)]
+    return SHORT_ID if all(len(name) <= SHORT_ID for name in ids) else LONG_ID
+
+
+def _decide_tool(behaviors: Sequence[AvailableBehavior], id_length: int) -> Tool:
     parameters = _object(
         {"observation": _observation(), "analysis": _analysis(), "decision": _decision()},
     )
@@ -68,7 +77,7 @@ def _decide_tool(behaviors: Sequence[AvailableBehavior]) -> Tool:
     parameters["$defs"] = {
         "step": _object({"answer": {"type": ["boolean", "null"]}, "evidence": _text()}),
         "steps": {"anyOf": steps},
-        **_plan_definitions(behaviors),
+        **_plan_definitions(behaviors, id_length),
     }
     return Tool(DECIDE, "Answer with what you observe, analyse and decide, in this order.", parameters)
 
@@ -131,12 +140,12 @@ def _field(key: str, value: Schema) -> Schema:
     return {k: v for k, v in value.items() if k not in ("title", "default", "description")}
 
 
-def _plan_definitions(behaviors: Sequence[AvailableBehavior]) -> Schema:
+def _plan_definitions(behaviors: Sequence[AvailableBehavior], id_length: int) -> Schema:
     return {
         **{b.name: _behavior(b.name, b.parameters) for b in behaviors},
         "behavior": {"anyOf": [{"$ref": f"#/$defs/{b.name}"} for b in behaviors]},
-        "waypoint_id": {"type": "string", "maxLength": MOST_ID},
-        "object_id": {"type": "string", "maxLength": MOST_ID},
+        "waypoint_id": {"type": "string", "maxLength": id_length},
+        "object_id": {"type": "string", "maxLength": id_length},
     }
 
 
