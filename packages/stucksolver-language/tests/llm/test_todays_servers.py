@@ -10,6 +10,7 @@ from answer_forms import CHECK, SCENE, T, bytes_of, called, chat, reasoner_at, t
 from chat_server import Fault
 
 from stucksolver.reasoners import ReasonerError, ReasonerRequest
+from stucksolver_language.llm.capabilities import STEP_UP_AFTER
 from stucksolver_language.llm.dialects import Dialect
 
 if find_spec("openai") is None:  # importing it takes as long as collecting five hundred tests
@@ -23,18 +24,6 @@ def refused(message, status=400):
 def repairs_refused(request):
     """True if a request brings back a call of the model."""
     return any("tool_calls" in message or message["role"] == "tool" for message in request["messages"])
-
-
-class Picky:
-    """A server that refuses requests of one kind and answers the others."""
-
-    def __init__(self, server, refuses, message):
-        self.server, self.refuses, self.message, self.answers = server, refuses, message, server.think
-
-    def __call__(self, request):
-        if self.refuses(request):
-            return None
-        return self.answers(request)
 
 
 # ---- errors as a list
@@ -109,6 +98,20 @@ def test_three_empty_answers_in_a_hundred_keep_the_format(server):
         reasoner.usage_limits.spent["trip"].queries = reasoner.usage_limits.spent["trip"].tokens = 0
     assert len(server.requests) == 103
     assert reasoner.model.takes.dialect is Dialect.JSON_SCHEMA and reasoner.model.takes.notes == []
+
+
+def test_format_that_gets_two_empty_answers_in_a_row_is_left_for_a_while(server):
+    """The record says so, and says when the format is tried again."""
+    server.faults.extend([Fault(body=bytes_of(chat("")))] * 2)
+    reasoner = reasoner_at(server)
+    traces = []
+    for _ in range(STEP_UP_AFTER + 1):
+        traces.append(reasoner.decide(ReasonerRequest(SCENE)).trace)
+        reasoner.usage_limits.new_episode()
+    assert len(traces[0].notes) == 1 and traces[0].notes[0].startswith("uses tool instead of schema")
+    assert [trace.notes for trace in traces[1:-2]] == [()] * (STEP_UP_AFTER - 2)
+    assert any(note.startswith("tries schema again") for trace in traces[-2:] for note in trace.notes)
+    assert "response_format" in server.requests[-1]
 
 
 # ---- calls that may not come back

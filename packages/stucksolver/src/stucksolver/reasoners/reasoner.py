@@ -54,6 +54,8 @@ class ReasonerTrace(FrozenModel):
     usd: float | None = None
     """Cost of the answers (US dollars), if the model's price is known."""
     seconds: float | None = None
+    notes: tuple[str, ...] = ()
+    """Changes in how the reasoner is queried, made during this query: a format given up, or tried again."""
 
 
 @dataclass(frozen=True)
