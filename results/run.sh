@@ -90,18 +90,18 @@ wrong220)
     wrong bench220 "${3:?give the worst reasoner}"
     ;;
 latency)
-    patient=$out/patient.toml
+    hasty=$out/hasty.toml
     python -c 'from stucksolver.ladder import profile_text; print(profile_text("evaluation"), end="")' |
-        sed 's/^deadline_s = 5.0/deadline_s = 10.0/' >"$patient"
+        sed 's/^deadline_s = 10.0/deadline_s = 5.0/' >"$hasty"
     python "$(dirname "$0")/../packages/stucksolver-language/tests/llm/chat_server.py" --port 8077 &
     server=$!
     trap 'kill $server' EXIT
     model="openai:reader@http://127.0.0.1:8077/v1"
     arm alone --suite dev --recovery none
     for seconds in 0 1 2.8 6; do
-        arm "latency-$seconds" --suite dev --recovery "$model" --clock "latency:$seconds"
+        arm "latency-$seconds" --suite dev --recovery "$model" --clock "latency:$seconds" --ladder "$hasty"
     done
-    arm latency-6-patient --suite dev --recovery "$model" --clock latency:6 --ladder "$patient"
+    arm latency-6-patient --suite dev --recovery "$model" --clock latency:6
     ;;
 *)
     echo "unknown part $part" >&2

@@ -47,9 +47,9 @@ def test_drive_over_restricted_kind_is_never_performed(kind):
 def test_a_silent_one_costs_the_recovery_and_nothing_else():
     silent = make_faulty("silent")
     world = street(ROADS["two way"], 0)
-    seen = drive(world, 12.0, reasoner=silent, clock="wall", ladder=BRIEF)
+    seen = drive(world, 17.0, reasoner=silent, clock="wall", ladder=BRIEF)
     assert set(map(type, seen.directives)) == {type(CONTINUE)}
-    assert "no answer within 5 s" in seen.texts(EventKind.FAILED)[0]
+    assert "no answer within 10 s" in seen.texts(EventKind.FAILED)[0]
     silent.cancel()
 
 

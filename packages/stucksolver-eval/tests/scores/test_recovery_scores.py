@@ -8,7 +8,7 @@ import pytest
 from outcomes import noted, outcome, plan, spell, spoken
 
 from stucksolver_eval.metrics.recovery import RecoveryMetrics, key_of, recovery_figures
-from stucksolver_eval.results.outcome import QueryRecord, RouteOutcome
+from stucksolver_eval.results.outcome import QueryRecord, Reliability, RouteOutcome
 
 
 def figures(alone: RouteOutcome | None = None, **changes: Any) -> RecoveryMetrics:
@@ -106,6 +106,18 @@ def test_questions_are_counted_with_their_cost() -> None:
     assert found.lost_s == pytest.approx(2.8)
     assert found.usd == pytest.approx(0.004)
     assert found.queries_per_km == pytest.approx(4 / 0.2)
+
+
+def test_cost_is_that_of_the_model_alone() -> None:
+    """The rules answered 64 of the 88 queries of the solver; 24 answers of the model took 150 tokens each."""
+    queries = tuple(QueryRecord(asked_s=t, answered_s=t, took_s=0.001, outcome="nothing to do") for t in range(88))
+    model = Reliability(
+        reasoner="m", asked=24, unanswered=0, queries=24, tokens=24 * 150, usd=0.24, latencies_s=(2.0,) * 24
+    )
+    found = figures(queries=queries, reliability=(model,))
+    assert (found.queries, found.counted_queries, found.tokens) == (88, 24, 3600)
+    assert found.latencies_s == [2.0] * 24 and found.usd == pytest.approx(0.24)
+    assert found.queries_per_km == pytest.approx(24 / 0.2)
 
 
 @pytest.mark.parametrize(

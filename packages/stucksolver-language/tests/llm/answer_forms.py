@@ -10,13 +10,12 @@ import copy
 import json
 
 import mind
-from chat_server import behaviors_of
+from chat_server import available_in
 
 from stucksolver.reasoners.factory import make_reasoner
 from stucksolver.scene import LineKind
 from stucksolver_language.llm import LanguageModelReasoner, ModelSettings
 from stucksolver_language.llm.prompt import messages
-from stucksolver_language.llm.tool_schema import decide_tool
 from worlds import World, straight_road, thing
 
 
@@ -26,7 +25,7 @@ def _scene():
 
 
 SCENE = _scene()
-GOOD = mind.answer(messages(SCENE)[1].text, behaviors_of(decide_tool(SCENE).parameters))
+GOOD = mind.answer(messages(SCENE)[1].text, available_in(messages(SCENE)[1].text))
 GOOD["decision"]["rationale"] = 'It\'s a "parked" car, <6 m wide; pass it (left), then return.'
 T = json.dumps(GOOD)
 FENCED = f"```json\n{json.dumps(GOOD, indent=2)}\n```"

@@ -64,6 +64,10 @@ class ChatServer:
         """Its list of models; None: it has none."""
         self.counts = True
         """Does it count tokens?"""
+        self.counts_pictures = True
+        """Does it count tokens of pictures? One that drops them silently does not."""
+        self.refuses: tuple[Callable[[Request], bool], str] | None = None
+        """Requests that it refuses with 400, and the words."""
         self.think: Callable[[Request], dict[str, Any]] = _think
 
     @property
@@ -116,12 +120,14 @@ class _Handler(BaseHTTPRequestHandler):
             return fault.status, json.dumps({"error": fault.error or {"message": "fault"}}).encode()
         if request["model"] == "absent":
             return 404, _error("The model `absent` does not exist", code="model_not_found")
+        if chat.refuses is not None and chat.refuses[0](request):
+            return 400, _error(chat.refuses[1])
         lacking = _lacking(request, chat.lacks)
         if lacking:
             status, text, more = lacking
             return status, _error(text, **more)
         message = fault.message or (_prose() if _ignored(request, chat.ignores) else chat.think(request))
-        return 200, json.dumps(_completion(request, message, fault.finish, chat.counts)).encode()
+        return 200, json.dumps(_completion(request, message, fault.finish, chat)).encode()
 
     def _send(self, status: int, body: bytes, fault: Fault) -> None:
         self.send_response(status)
@@ -171,6 +177,11 @@ def _ignored(request: Request, ignores: set[str]) -> bool:
     return ("tools" in ignores and "tools" in request) or ("schema" in ignores and "response_format" in request)
 
 
+def said(text: str) -> dict[str, Any]:
+    """An assistant's message."""
+    return {"role": "assistant", "content": text}
+
+
 def _prose() -> dict[str, Any]:
     """What llama.cpp and Ollama answer where a named function is a suggestion to them."""
     return {
@@ -184,9 +195,9 @@ def _error(text: str, **more: Any) -> bytes:
 
 
 def scene_of(request: Request) -> str:
-    """The first user turn's text."""
+    """The first user turn's text, without that of a system turn before it."""
     content = next(m["content"] for m in request["messages"] if m["role"] == "user")
-    return content if isinstance(content, str) else next(part["text"] for part in content if part["type"] == "text")
+    return content if isinstance(content, str) else [part["text"] for part in content if part["type"] == "text"][-1]
 
 
 def schema_of(request: Request) -> dict[str, Any]:
@@ -204,6 +215,12 @@ def behaviors_of(schema: dict[str, Any]) -> list[str]:
     return [item["$ref"].rpartition("/")[2] for item in schema["$defs"]["behavior"]["anyOf"]]
 
 
+def available_in(text: str) -> list[str]:
+    """The behaviors that a scene's text names as available."""
+    line = next(line for line in text.splitlines() if line.startswith("behaviors available now: "))
+    return line.partition(": ")[2].split(", ")
+
+
 def picture_of(request: Request) -> bool:
     """Does a request hold a picture?"""
     return any(isinstance(message["content"], list) for message in request["messages"])
@@ -215,26 +232,34 @@ def call(name: str, arguments: str) -> dict[str, Any]:
     return {"role": "assistant", "content": None, "tool_calls": [one]}
 
 
+BEGUN = '{"observation": {"controls": [], "participants": [], "summary": "'
+"""What a server that enforces the schema answers to a query without a scene, up to the limit of tokens."""
+
+
 def _think(request: Request) -> dict[str, Any]:
-    if "observation" not in schema_of(request)["properties"]:
-        text = json.dumps({"ready": True})
-        return call("ready", text) if request.get("tools") else {"role": "assistant", "content": text}
-    text = json.dumps(mind.answer(scene_of(request), behaviors_of(schema_of(request))))
+    if "behaviors available now" not in scene_of(request):
+        prose = "response_format" not in request
+        return call("decide", BEGUN) if request.get("tools") else said("READY" if prose else BEGUN)
+    text = json.dumps(mind.answer(scene_of(request), available_in(scene_of(request))))
     if request.get("tools"):
         return call("decide", text)
     prose = "response_format" not in request
     return {"role": "assistant", "content": f"Let me think. Here it is:\n```json\n{text}\n```" if prose else text}
 
 
-def _tokens(message: dict[str, Any]) -> int:
-    """A token for four characters; for a picture what GPT-4o takes for one of two tiles."""
+def _tokens(message: dict[str, Any], picture: int) -> int:
+    """A token for four characters, and those of a picture."""
     content = message["content"]
     parts = [{"type": "text", "text": content}] if isinstance(content, str) else content or []
-    return sum(len(part["text"]) // 4 if part["type"] == "text" else 85 + 2 * 170 for part in parts)
+    return sum(len(part["text"]) // 4 if part["type"] == "text" else picture for part in parts)
 
 
-def _completion(request: Request, message: dict[str, Any], finish: str, counts: bool) -> dict[str, Any]:
-    read = sum(map(_tokens, request["messages"]))
+PICTURE_TOKENS = 85 + 2 * 170
+"""What GPT-4o takes for one of two tiles (tokens)."""
+
+
+def _completion(request: Request, message: dict[str, Any], finish: str, chat: ChatServer) -> dict[str, Any]:
+    read = sum(_tokens(turn, PICTURE_TOKENS if chat.counts_pictures else 0) for turn in request["messages"])
     return {
         "id": "chatcmpl-1",
         "object": "chat.completion",
@@ -247,7 +272,7 @@ def _completion(request: Request, message: dict[str, Any], finish: str, counts: 
             "total_tokens": read + 200,
             "prompt_tokens_details": {"cached_tokens": 0},
         }
-        if counts
+        if chat.counts
         else None,
     }
 

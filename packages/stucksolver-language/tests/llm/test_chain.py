@@ -7,7 +7,7 @@ import json
 
 import mind
 import pytest
-from chat_server import behaviors_of
+from chat_server import available_in
 
 from stucksolver.plan import GuidanceIntent, WaitReason
 from stucksolver.reasoners import ReasonerTrace
@@ -16,7 +16,6 @@ from stucksolver.scene import Guidance, LineKind
 from stucksolver_language.llm import AnswerError, parse_answer
 from stucksolver_language.llm.chain_consistency import wrong_chain
 from stucksolver_language.llm.prompt import messages
-from stucksolver_language.llm.tool_schema import decide_tool
 from worlds import World, straight_road, thing
 
 SCENE = World(straight_road(left=LineKind.BROKEN), [thing("car", 60.0)]).scene()
@@ -24,7 +23,7 @@ GUIDED = SCENE.model_copy(update={"guidance": Guidance(text="please overtake", t
 
 
 def good(sc):
-    return mind.answer(messages(sc)[1].text, behaviors_of(decide_tool(sc).parameters))
+    return mind.answer(messages(sc)[1].text, available_in(messages(sc)[1].text))
 
 
 def changed(sc, *changes):

@@ -8,7 +8,7 @@ from importlib.util import find_spec
 
 import mind
 import pytest
-from chat_server import Fault, behaviors_of
+from chat_server import Fault, available_in
 
 from stucksolver.reasoners import ReasonerError, ReasonerRequest, SearchReasoner
 from stucksolver.reasoners.factory import make_reasoner
@@ -19,7 +19,6 @@ from stucksolver_language.llm import LanguageModelReasoner, ModelSettings
 from stucksolver_language.llm.exchanges import ExchangesError, RecordedChat, RecordingChat
 from stucksolver_language.llm.openai_api import OpenAiChat
 from stucksolver_language.llm.prompt import messages
-from stucksolver_language.llm.tool_schema import decide_tool
 from worlds import World, straight_road, thing
 
 if find_spec("openai") is None:  # importing it takes as long as collecting five hundred tests
@@ -34,7 +33,7 @@ def scene(x=60.0):
 
 
 def good(scene_):
-    return mind.answer(messages(scene_)[1].text, behaviors_of(decide_tool(scene_).parameters))
+    return mind.answer(messages(scene_)[1].text, available_in(messages(scene_)[1].text))
 
 
 def record(server, folder, *scenes):
@@ -143,7 +142,7 @@ def test_the_next_reasoner_answers_when_the_first_has_none(server):
 def test_reasoners_have_names_on_the_command_line():
     both = make_reasoner("openai:gpt-4o-2024-08-06@http://127.0.0.1:9/v1, search")
     assert [r.name for r in both.reasoners] == [
-        "openai:gpt-4o-2024-08-06@http://127.0.0.1:9/v1 (prompt 6)",
+        "openai:gpt-4o-2024-08-06@http://127.0.0.1:9/v1 (prompt 7)",
         SearchReasoner().name,
     ]
 

@@ -11,8 +11,11 @@ from dataclasses import replace
 from importlib.util import find_spec
 
 import pytest
-from chat_server import Fault, behaviors_of, call, scene_of, schema_of
+from chat_server import Fault, available_in, call, scene_of
 
+from stucksolver.ladder import PROFILES
+from stucksolver.ladder import profile as ladder_profile
+from stucksolver.ladder.rungs import ModelRung, RulesRung
 from stucksolver.plan.behaviors import BorrowOncomingLane, ChangeLane
 from stucksolver.reasoners import ReasonerError, ReasonerRequest
 from stucksolver.scene import CameraImage, Guidance, LineKind
@@ -24,7 +27,9 @@ from stucksolver_language.llm import (
     Price,
     UsageLimits,
 )
-from stucksolver_language.llm.capabilities import Dialect, ModelOptions, capabilities_of
+from stucksolver_language.llm.capabilities import capabilities_of
+from stucksolver_language.llm.dialects import Dialect
+from stucksolver_language.llm.model_options import ModelOptions
 from stucksolver_language.llm.openai_api import OpenAiChat
 from worlds import World, red_light, straight_road, thing
 
@@ -61,9 +66,8 @@ def good(sc):
     import mind
 
     from stucksolver_language.llm.prompt import messages
-    from stucksolver_language.llm.tool_schema import decide_tool
 
-    return mind.answer(messages(sc)[1].text, behaviors_of(decide_tool(sc).parameters))
+    return mind.answer(messages(sc)[1].text, available_in(messages(sc)[1].text))
 
 
 def spoilt(sc, change):
@@ -329,7 +333,7 @@ def test_progress_begins_a_new_episode_but_not_a_new_trip(server):
         return made.model_copy(update={"ego": made.ego.model_copy(update={"distance_to_destination_m": left})})
 
     asking.decide(ReasonerRequest(at(200.0)))
-    with pytest.raises(PermanentReasonerError, match="episode"):
+    with pytest.raises(PermanentReasonerError, match="intervention"):
         asking.decide(ReasonerRequest(at(199.0)))
     asking.decide(ReasonerRequest(at(150.0)))
     with pytest.raises(PermanentReasonerError, match="trip"):
@@ -348,7 +352,19 @@ def test_a_budget_in_money_needs_a_price():
         UsageLimits(None, trip=Budget(usd=1.0))
 
 
-def test_the_schema_offers_only_what_can_be_done_here(server):
+def test_the_prompt_offers_only_what_can_be_done_here(server):
     reasoner(server).decide(ReasonerRequest(scene(straight_road(oncoming=None))))
-    names = behaviors_of(schema_of(server.requests[0]))
+    names = available_in(scene_of(server.requests[0]))
     assert "change_lane" not in names and "borrow_oncoming_lane" not in names and "drive_over" not in names
+
+
+EXCHANGE_S = 2.8
+"""Duration of an exchange in the paper (s)."""
+
+
+@pytest.mark.parametrize("profile", PROFILES)
+def test_deadline_of_the_rung_allows_every_check_and_the_decision(profile):
+    rungs = [rung for rung in ladder_profile(profile).rungs if isinstance(rung, RulesRung | ModelRung)]
+    needed = (ModelSettings().checks + 1) * EXCHANGE_S
+    assert [rung.deadline_s >= needed for rung in rungs] == [True, True]
+    assert ModelSettings().deadline_s >= needed and ModelRung().deadline_s >= needed

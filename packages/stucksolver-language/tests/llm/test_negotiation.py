@@ -12,7 +12,9 @@ from chat_server import Fault, picture_of
 from stucksolver.reasoners import ReasonerError, ReasonerRequest
 from stucksolver.scene import CameraImage
 from stucksolver_language.llm import server_memory
-from stucksolver_language.llm.capabilities import STEP_UP_AFTER, Dialect, ModelOptions, capabilities_of
+from stucksolver_language.llm.capabilities import STEP_UP_AFTER, capabilities_of
+from stucksolver_language.llm.dialects import Dialect
+from stucksolver_language.llm.model_options import ModelOptions
 from stucksolver_language.llm.server_failure import failure_of
 
 if find_spec("openai") is None:  # importing it takes as long as collecting five hundred tests

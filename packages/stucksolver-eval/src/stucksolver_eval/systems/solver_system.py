@@ -138,10 +138,15 @@ class SolverSystem:
         if self.log.queries:
             outcome, verdict = came_to(event.verdict)
             answer = {"answered_s": self._now.time_s, "outcome": outcome, "verdict": verdict}
-            asked = self._reasoners.get(event.reasoner or "", next(iter(self._reasoners.values())))
-            cost = {"took_s": asked.took_s, "tokens": asked.tokens, "usd": asked.usd}
+            asked = self._reasoner_of(event.reasoner or "")
+            # The rules that screen for a legitimate wait are none of the reasoners, and cost nothing.
+            cost = {} if asked is None else {"took_s": asked.took_s, "tokens": asked.tokens, "usd": asked.usd}
             self.log.queries[-1] = self.log.queries[-1].model_copy(update=answer | cost)
         self._decided = event
+
+    def _reasoner_of(self, name: str) -> TimedReasoner | None:
+        """Return the reasoner whose last answer has a name, also if it is a chain; None if it is none of them."""
+        return next((asked for asked in self._reasoners.values() if name in (asked.answered_by, asked.name)), None)
 
     def _failed(self, event: Event) -> None:
         if self.log.queries and self.log.queries[-1].answered_s is None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,8 @@ from pydantic import ValidationError
 
 from stucksolver.commands.arguments import add_json, print_json
 from stucksolver.commands.errors import UsageError
+from stucksolver.record.hash_chain import RecordError
+from stucksolver.record.record_file import image_of
 from stucksolver.scene import Scene
 from stucksolver.scene.json_text import JsonError, read_json
 from stucksolver_language.llm.prompt import messages, prompt_name
@@ -50,11 +53,23 @@ def read_scene(path: Path) -> Scene:
     if not found:
         raise UsageError(f"no scene in file: {path}. Give the JSON of a Scene, or a record of an intervention")
     try:
-        return Scene.model_validate_json(json.dumps(found[0]))
+        return Scene.model_validate_json(json.dumps(_with_image(found[0], path)))
     except ValidationError as error:
         problem = error.errors()[0]
         where = ".".join(str(part) for part in problem["loc"]) or "the scene"
         raise UsageError(f"invalid scene in file: {path}: {where}: {problem['msg']}") from error
+
+
+def _with_image(scene: dict[str, Any], record: Path) -> dict[str, Any]:
+    """Return a scene with its image from the folder next to the record, or without one that is missing."""
+    image = scene.get("image")
+    if not isinstance(image, dict) or "jpeg" in image:
+        return scene
+    try:
+        return {**scene, "image": image_of(image, record.parent)}
+    except (RecordError, KeyError) as error:
+        print(f"note: shown without the image: {error}", file=sys.stderr)
+        return {**scene, "image": None}
 
 
 def _candidates(text: str) -> list[Any]:

@@ -3,102 +3,29 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field, replace
-from enum import Enum
-from typing import Any, Literal, get_args
-from urllib.parse import urlsplit
+from dataclasses import dataclass, field
+from typing import Any
 
-from stucksolver_language.llm.api_keys import DEPLOYMENT, is_azure_host
-
-MOST_TOKENS = 1900
-"""Limit of an answer (tokens). A normal one takes 300 to 700; one that fills every list and text takes 1,400."""
-THINKING_TOKENS = 8000
-"""The same limit for a reasoning model, whose thoughts count as tokens of the answer. Ours."""
-Effort = Literal["none", "minimal", "low", "medium", "high"]
-REASONING = re.compile(r"(?:^|/)(?:o\d|gpt-[5-9](?!.*chat))")
-"""OpenAI's reasoning models by name: they accept neither `temperature` nor `max_tokens`."""
-
-
-class Dialect(Enum):
-    """How the function call is requested."""
-
-    STRICT_TOOL = "strict"
-    TOOL = "tool"
-    JSON_SCHEMA = "schema"
-    PROSE = "prose"
-
-
-class ToolChoice(Enum):
-    """How strictly a function call is demanded."""
-
-    NAMED = "named"
-    REQUIRED = "required"
-    AUTO = "auto"
-
-
-OPENAI_ORDER = (Dialect.STRICT_TOOL, Dialect.TOOL, Dialect.JSON_SCHEMA, Dialect.PROSE)
-OTHERS_ORDER = (Dialect.JSON_SCHEMA, Dialect.TOOL, Dialect.PROSE)
-"""Order for other servers.
-
-The servers llama.cpp and Ollama treat a named function as a suggestion but follow a schema; vLLM follows both.
-"""
-ANTHROPIC_ORDER = (Dialect.TOOL, Dialect.PROSE)
-"""Order for Anthropic's compatible endpoint. Its documentation says that it ignores a response format."""
-
-
-@dataclass(frozen=True)
-class ModelOptions:
-    """Options that a user may set for a model with `#NAME=VALUE` after its name. None means automatic."""
-
-    pictures: bool = True
-    """Send the camera's image. If False, the image is not rendered either."""
-    effort: Effort | None = None
-    """`reasoning_effort`, for a reasoning model."""
-    tokens: int | None = None
-    """Upper bound on the tokens of an answer, thoughts included."""
-    call: Dialect | None = None
-    """The only dialect to use."""
-
-
-OPTIONS_HELP = "#pictures=off, #effort=low, #tokens=3000, #call=strict|tool|schema|prose"
-
-
-def parse_options(texts: list[str]) -> ModelOptions:
-    """Parse options from `NAME=VALUE` texts.
-
-    Raises:
-        ValueError: An option is unknown or its value is invalid.
-    """
-    options = ModelOptions()
-    for text in texts:
-        name, _, value = text.partition("=")
-        try:
-            options = replace(options, **_OPTIONS[name](value))
-        except (KeyError, ValueError) as error:
-            raise ValueError(f"unknown option: #{text}. Use {OPTIONS_HELP}") from error
-    return options
-
-
-def _tokens(value: str) -> dict[str, Any]:
-    count = int(value)
-    if not 100 <= count <= 100_000:
-        raise ValueError("out of bounds")
-    return {"tokens": count}
-
-
-def _effort(value: str) -> dict[str, Any]:
-    if value not in get_args(Effort):
-        raise ValueError("unknown effort")
-    return {"effort": value}
-
-
-_OPTIONS: dict[str, Any] = {
-    "pictures": lambda value: {"pictures": {"on": True, "off": False}[value]},
-    "effort": _effort,
-    "tokens": _tokens,
-    "call": lambda value: {"call": Dialect(value)},
-}
-
+from stucksolver_language.llm.dialects import Dialect, ToolChoice
+from stucksolver_language.llm.model_families import (
+    MOST_TOKENS,
+    THINKING_TOKENS,
+    ModelFamily,
+    ServerKind,
+    family_of,
+    server_of,
+    switch_fields,
+)
+from stucksolver_language.llm.model_options import ModelOptions
+from stucksolver_language.llm.refusal_words import (
+    PARAMETERS,
+    rejects_calls,
+    rejects_dialect,
+    rejects_pictures,
+    rejects_size,
+    rejects_system,
+    stated_most_tokens,
+)
 
 STEP_UP_AFTER = 20
 """Number of answers after which a format that was answered with prose is tried again. It doubles each time. Ours."""
@@ -112,18 +39,22 @@ class ServerCapabilities:
     """Remaining dialects. The first one is in use."""
     pictures: bool = True
     temperature: bool = True
-    token_field: Literal["max_tokens", "max_completion_tokens"] = "max_tokens"
-    effort: Effort | None = None
+    token_field: str = "max_tokens"
+    effort: str | None = None
     parallel: bool = True
     """True if `parallel_tool_calls` may be sent."""
     most_tokens: int = MOST_TOKENS
-    strict_subset: bool = False
-    """True if a schema must stay within the subset of OpenAI's strict mode."""
+    refused_keywords: frozenset[str] = frozenset()
+    """Keywords of a schema that the server is known to refuse."""
     tool_choice: ToolChoice = ToolChoice.NAMED
     limits: bool = True
     """True if a schema may limit numbers and lengths."""
     system: bool = True
     """True if there may be a system turn."""
+    returns_calls: bool = True
+    """True if the model's calls may be sent back as calls, for a repair or with the guard's verdict."""
+    body: dict[str, Any] = field(default_factory=dict)
+    """Further fields of each request: the switch of thinking, and the user's."""
     notes: list[str] = field(default_factory=list)
     """Dropped features with the reason, for the user."""
     room: bool = True
@@ -154,6 +85,7 @@ class ServerCapabilities:
         self._answers += 1
         if self._unheeded and self._answers >= self._patience:
             self.dialects, self._unheeded = (*self._unheeded, *self.dialects), ()
+            self._note(f"tries {self.dialect.value} again", f"{self._answers} good answers without it")
             self._answers, self._patience = 0, 2 * self._patience
 
     def make_room(self, count: int) -> bool:
@@ -176,6 +108,11 @@ class ServerCapabilities:
         """Note that one picture was refused, which is omitted from one query only."""
         self._note("omits one picture", why)
 
+    def omit_pictures(self, why: str) -> None:
+        """Send no pictures from now on."""
+        self.pictures = False
+        self._note("omits pictures", why)
+
     def learn(self, message: str, parameter: str | None, request: dict[str, Any]) -> bool:
         """Drop the features that a rejection names. True if the request had one of them, so that a retry makes sense.
 
@@ -184,32 +121,41 @@ class ServerCapabilities:
             parameter: The field that the server names, if any.
             request: The rejected request.
         """
+        returns = self.returns_calls and any(turn.get("tool_calls") for turn in request["messages"])
+        if returns and rejects_calls(message):
+            return self._quote_calls(message)
         if self.pictures and _has_picture(request) and rejects_pictures(message):
-            self.pictures = False
-            self._note("omits pictures", message)
+            self.omit_pictures(message)
             return True
-        if self.system and re.search(
-            r"(?i)system.{0,40}(?:not supported|unsupported|not allowed)|roles must alter", message
-        ):
+        if self.system and rejects_system(message):
             self.system = False
             self._note("gets the system's text in the user's turn", message)
             return True
         names = [parameter, *re.findall(r"[a-z_]+", message.lower())]
         for name in names:
-            if name in request and name in _PARAMETERS and self._give_up(str(name), message):
+            known = name in self.body or (name in request and name in PARAMETERS)
+            if known and self._give_up(str(name), message):
                 return True
-        if self._has_schema(request) and self.limits and _SCHEMA_TOO_HARD.search(message):
+        if returns:
+            # The same request without the calls was accepted.
+            return self._quote_calls(message)
+        too_hard = ("tools" in request or "response_format" in request) and rejects_size(message)
+        if too_hard and self.limits:
             self.limits = False
             self._note("omits limits in the schema", message)
             return True
-        return any(word in message.lower() for word in _OF_DIALECTS) and self.step_down(message)
+        return (too_hard or rejects_dialect(message)) and self.step_down(message)
 
-    def _has_schema(self, request: dict[str, Any]) -> bool:
-        return "tools" in request or "response_format" in request
+    def _quote_calls(self, why: str) -> bool:
+        self.returns_calls = False
+        self._note("quotes the model's calls as text", why)
+        return True
 
     def _give_up(self, name: str, message: str) -> bool:
         what = f"omits {name}"
-        if name == "temperature":
+        if name in self.body:
+            self.body = {key: value for key, value in self.body.items() if key != name}
+        elif name == "temperature":
             self.temperature = False
         elif name == "reasoning_effort":
             self.effort = None
@@ -220,7 +166,7 @@ class ServerCapabilities:
                 return False
             self.tool_choice = ToolChoice.REQUIRED if self.tool_choice is ToolChoice.NAMED else ToolChoice.AUTO
             what = f"uses tool_choice {self.tool_choice.value}"
-        elif (most := _most_tokens(message)) is not None and most < self.most_tokens:
+        elif (most := stated_most_tokens(message)) is not None and most < self.most_tokens:
             self.most_tokens = most
             what = f"limits an answer to {most} tokens"
         elif self._renamed:
@@ -236,83 +182,46 @@ class ServerCapabilities:
             self.notes.append(f"{what}: {why[:160]}")
 
 
-_PARAMETERS = (
-    "temperature",
-    "max_tokens",
-    "max_completion_tokens",
-    "reasoning_effort",
-    "parallel_tool_calls",
-    "tool_choice",
-)
-_OF_DIALECTS = ("tool", "function", "strict", "schema", "response_format", "guided", "grammar", "json")
-_SCHEMA_TOO_HARD = re.compile(
-    r"too many states|too complex|complexity|m(?:ax|in)(?:Length|Items|imum)|exclusiveM(?:ax|in)imum"
-)
-_TOKEN_BOUND = re.compile(
-    r"(?i)(?:at most|maximum(?: value)?(?: of| is)?|less than or equal to|up to|<=|limit(?: of| is)?|\[1,)"
-    r"\s{0,3}(\d{2,7})"
-)
-LEAST_TOKENS = 700
-"""An answer with less room cannot be complete (tokens): that much a normal one takes."""
-
-
-def _most_tokens(message: str) -> int | None:
-    """Return the upper bound on the tokens of an answer that a message states, or None."""
-    found = _TOKEN_BOUND.search(message)
-    return int(found[1]) if found and int(found[1]) >= LEAST_TOKENS else None
-
-
 def capabilities_of(model: str, base_url: str | None, options: ModelOptions) -> ServerCapabilities:
-    """Return the features to try first with a model at an address (None for OpenAI's)."""
-    host = (urlsplit(base_url).hostname or "") if base_url else "api.openai.com"
-    openai = host == "api.openai.com" or is_azure(base_url)
-    thinks = REASONING.search(model) is not None
-    order = OPENAI_ORDER if openai else ANTHROPIC_ORDER if host == "api.anthropic.com" else OTHERS_ORDER
-    return ServerCapabilities(
-        dialects=order if options.call is None else (options.call,),
+    """Return the features to try first with a model at an address (None for OpenAI's), from the table of families."""
+    family, server = family_of(model), server_of(base_url)
+    thinks = family.is_thinking(options.think)
+    refused = {*family.refuses, *(family.refuses_thinking if thinks else ())}
+    switched = {} if options.think is None else switch_fields(family, server, options.think)
+    effort = options.effort or switched.pop("reasoning_effort", family.effort)
+    takes = ServerCapabilities(
+        dialects=tuple(map(Dialect, server.formats)) if options.call is None else (options.call,),
         pictures=options.pictures,
-        temperature=not thinks,
-        token_field="max_completion_tokens" if openai or thinks else "max_tokens",
-        effort=options.effort or ("low" if thinks else None),
-        parallel=not thinks,
-        most_tokens=options.tokens or (THINKING_TOKENS if thinks else MOST_TOKENS),
+        temperature="temperature" not in refused,
+        token_field="max_completion_tokens" if "max_tokens" in refused else server.tokens,
+        effort=effort,
+        parallel="parallel_tool_calls" not in refused,
+        most_tokens=options.tokens or (family.tokens if thinks else MOST_TOKENS),
         room=options.tokens is None,
-        strict_subset=openai,
+        refused_keywords=server.refuses,
+        body=_merged(switched, options.body_fields()),
     )
+    _note_family(takes, family, server, options)
+    return takes
 
 
-def is_azure(base_url: str | None) -> bool:
-    """True for an Azure address, with or without a deployment in its path."""
-    if base_url is None:
-        return False
-    parts = urlsplit(base_url)
-    return is_azure_host(parts.hostname or "") or has_deployment(base_url)
+def _note_family(takes: ServerCapabilities, family: ModelFamily, server: ServerKind, options: ModelOptions) -> None:
+    if takes.pictures and not family.pictures:
+        takes.omit_pictures(f"{family.name} reads text only")
+    if options.think is False and family.thinks == "always":
+        takes.notes.append(f"thinks all the same: {family.name} cannot be told not to")
+    if options.think is None and family.thinks == "default" and family.has_switch(server) and takes.effort is None:
+        takes.notes.append("thinks before it answers: #think=off answers sooner")
 
 
-def has_deployment(base_url: str | None) -> bool:
-    """True for Azure's older form of address, with the deployment in the path and the version in the query."""
-    return base_url is not None and DEPLOYMENT in urlsplit(base_url).path
+def _merged(first: dict[str, Any], second: dict[str, Any]) -> dict[str, Any]:
+    """Return the fields of both; the second counts where both set one."""
+    both = dict(first)
+    for key, value in second.items():
+        before = both.get(key)
+        both[key] = _merged(before, value) if isinstance(before, dict) and isinstance(value, dict) else value
+    return both
 
 
 def _has_picture(request: dict[str, Any]) -> bool:
     return any(isinstance(message.get("content"), list) for message in request["messages"])
-
-
-def rejects_pictures(message: str) -> bool:
-    """True if a message rejects images in general, not only an image that is too large."""
-    text = message.lower()
-    if re.search(r"too (?:large|big)|exceed|dimension", text) or rejects_one_picture(message):
-        return False
-    asks_for_text = "content" in text and "string" in text
-    return asks_for_text or re.search(r"image|vision|multi-?modal|modalit|mmproj", text) is not None
-
-
-def rejects_one_picture(message: str) -> bool:
-    """True if a message rejects the image that was sent, not images in general."""
-    return _THIS_PICTURE.search(message) is not None
-
-
-_THIS_PICTURE = re.compile(
-    r"(?i)(?:could not|unable to|failed to|cannot) (?:process|decode|load|read|download|parse)\b.{0,30}image"
-    r"|(?:invalid|corrupt\w*|truncated|unsafe) image(?! type)|invalid_image|image.{0,40}(?:policy|safety|moderation)"
-)

@@ -28,7 +28,8 @@ class ToolCall:
 class Message:
     """One turn.
 
-    Only a user's turn has an `image`, and only an assistant's has `calls`. `call_id` names the answered call.
+    Only a user's turn has an `image`, and only an assistant's has `calls`. `call_id` names the answered call. `extra`
+    is data of the provider that must come back with the calls, such as the model's thoughts.
     """
 
     role: Literal["system", "user", "assistant", "tool"]
@@ -36,6 +37,7 @@ class Message:
     image: CameraImage | None = None
     calls: tuple[ToolCall, ...] = ()
     call_id: str | None = None
+    extra: dict[str, Any] = field(default_factory=dict, hash=False)
 
 
 @dataclass(frozen=True)
@@ -77,7 +79,8 @@ class ChatReply:
     """Reply with text, calls, or both. `usage` is None if the server does not count tokens.
 
     `saw` is False if no image was sent because the server accepts none. `thoughts` are those that the server separates
-    from the text. `raw` is the response as it came, without keys, for the record.
+    from the text. `raw` is the response as it came, without keys, for the record. `extra` belongs to the calls, as in
+    `Message`.
     """
 
     text: str
@@ -88,6 +91,7 @@ class ChatReply:
     saw: bool = True
     thoughts: str = ""
     raw: str = ""
+    extra: dict[str, Any] = field(default_factory=dict, hash=False)
 
 
 class ChatModel(Protocol):
@@ -138,6 +142,8 @@ class TransientReasonerError(ReasonerError):
 
     raw: str = ""
     """The response as it came, without keys, for the record; empty without one."""
+    usage: Usage | None = None
+    """Tokens that the server stated for the failed exchange; None if it stated none."""
 
     def __init__(self, text: str, trouble: TransientKind = TransientKind.BUSY, after_s: float | None = None) -> None:
         super().__init__(text)
@@ -152,6 +158,8 @@ class PermanentReasonerError(ReasonerError):
 
     raw: str = ""
     """The response as it came, without keys, for the record; empty without one."""
+    usage: Usage | None = None
+    """Tokens that the server stated for the failed exchange; None if it stated none."""
 
     def __init__(self, text: str, *, lasting: bool = False, paid: bool = False) -> None:
         super().__init__(text)

@@ -61,11 +61,11 @@ class RecordingChat:
         try:
             reply = self.inner.chat(messages, tools, must_call, limit_s)
         except TransientReasonerError as error:
-            failure = {"error": TRANSIENT, "text": str(error), "trouble": error.trouble.value, "raw": error.raw}
+            failure = {"error": TRANSIENT, "text": str(error), "trouble": error.trouble.value, **_cost(error)}
             self._keep(messages, tools, must_call, failure)
             raise
         except PermanentReasonerError as error:
-            stated: dict[str, Any] = {"error": PERMANENT, "text": str(error), "paid": error.paid, "raw": error.raw}
+            stated: dict[str, Any] = {"error": PERMANENT, "text": str(error), "paid": error.paid, **_cost(error)}
             self._keep(messages, tools, must_call, stated)
             raise
         self._keep(messages, tools, must_call, {"reply": dataclasses.asdict(reply)})
@@ -120,10 +120,8 @@ class RecordedChat:
             raise PermanentReasonerError("this query is not among the recorded ones; record it again with --exchanges")
         # The last answer to a query stays, because a resumed run repeats that query.
         line = lines.popleft() if len(lines) > 1 else lines[0]
-        if line.get("error") == TRANSIENT:
-            raise TransientReasonerError(line["text"], TransientKind(line.get("trouble", TransientKind.BUSY.value)))
         if "error" in line:
-            raise PermanentReasonerError(line["text"], paid=line.get("paid", False))
+            raise _error(line)
         return _reply(line["reply"])
 
     def cancel(self) -> None:
@@ -136,7 +134,7 @@ def request_form(messages: Sequence[Message], tools: Sequence[Tool], must_call: 
     for message in messages:
         turn: dict[str, Any] = {"role": message.role, "text": message.text, "call_id": message.call_id}
         turn["calls"] = [_call_form(call) for call in message.calls]
-        turn["image_sha256"] = image_digest(message)
+        turn["image_sha256"], turn["extra"] = image_digest(message), message.extra
         turns.append({key: value for key, value in turn.items() if value})
     return {"messages": turns, "tools": [dataclasses.asdict(tool) for tool in tools], "must_call": must_call}
 
@@ -185,6 +183,20 @@ def _entry(line: str, where: str) -> dict[str, Any]:
     return entry
 
 
+def _cost(error: TransientReasonerError | PermanentReasonerError) -> dict[str, Any]:
+    return {"raw": error.raw, "usage": None if error.usage is None else dataclasses.asdict(error.usage)}
+
+
+def _error(line: dict[str, Any]) -> TransientReasonerError | PermanentReasonerError:
+    error: TransientReasonerError | PermanentReasonerError
+    if line["error"] == TRANSIENT:
+        error = TransientReasonerError(line["text"], TransientKind(line.get("trouble", TransientKind.BUSY.value)))
+    else:
+        error = PermanentReasonerError(line["text"], paid=line.get("paid", False))
+    error.usage = Usage(**line["usage"]) if line.get("usage") else None
+    return error
+
+
 def _reply(data: dict[str, Any]) -> ChatReply:
     usage = Usage(**data["usage"]) if data["usage"] else None
     calls = tuple(ToolCall(**call) for call in data["calls"])
@@ -198,4 +210,5 @@ def _reply(data: dict[str, Any]) -> ChatReply:
         data.get("saw", True),
         data.get("thoughts", ""),
         data.get("raw", ""),
+        data.get("extra", {}),
     )

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 import threading
 import time
 from dataclasses import dataclass, field
 
 from stucksolver.plan import Decision
+from stucksolver.query_budget import QueryBudget
 from stucksolver.reasoners.reasoner import PlanCheck, ReasonerAnswer, ReasonerError, ReasonerRequest, ReasonerTrace
 from stucksolver.scene import Scene
 from stucksolver.scene.mirror import with_sides_swapped
 from stucksolver_language.llm.answer_parser import FORMAT, AnswerError, parse_answer, parse_plan
-from stucksolver_language.llm.capabilities import MOST_TOKENS
+from stucksolver_language.llm.capabilities import ServerCapabilities
 from stucksolver_language.llm.chat import (
     ChatModel,
     ChatReply,
@@ -21,22 +20,27 @@ from stucksolver_language.llm.chat import (
     Message,
     PermanentReasonerError,
     Tool,
-    ToolCall,
     TransientKind,
     TransientReasonerError,
     Usage,
 )
+from stucksolver_language.llm.model_families import MOST_TOKENS
+from stucksolver_language.llm.model_options import ModelOptions
 from stucksolver_language.llm.preflight import preflight_model
 from stucksolver_language.llm.prompt import PROMPT_VERSION, messages
-from stucksolver_language.llm.reply_selection import chosen, only_thought
-from stucksolver_language.llm.tool_schema import CHECK_PLAN, DECIDE, check_tool, decide_tool
-from stucksolver_language.llm.usage_budget import CHARACTERS_FOR_A_TOKEN, PRICES, UsageLimits, estimate
+from stucksolver_language.llm.reply_selection import chosen
+from stucksolver_language.llm.response_turns import cut_off_reason, recorded_prompt, response_turns
+from stucksolver_language.llm.tool_schema import DECIDE, check_tool, decide_tool
+from stucksolver_language.llm.usage_budget import (
+    CHARACTERS_FOR_A_TOKEN,
+    UsageLimits,
+    cost_note,
+    estimate,
+    usage_limits_of,
+)
 
 FIRST_PAUSE_S = 0.25
 """Pause before the first retry (s). It doubles with each retry. Ours."""
-MOST_QUOTED = 4_000
-"""Longest part of thoughts that is sent back for repair (characters). Ours."""
-ONE_CALL = "Not considered: one call at a time."
 EPISODE_PAUSE_S = 60.0
 """Time without a query after which a new budget begins (s). Ours."""
 EPISODE_PROGRESS_M = 15.0
@@ -47,7 +51,7 @@ EPISODE_PROGRESS_M = 15.0
 class ModelSettings:
     """Limits of one decision."""
 
-    deadline_s: float = 5.0
+    deadline_s: float = 10.0
     """Wall time for one decision, with repairs and retries (s). A deadline in the request takes precedence."""
     repairs: int = 1
     """Number of invalid answers that are quoted to the model for repair. Ours."""
@@ -66,11 +70,14 @@ class _Query:
     check: PlanCheck | None
     checks_left: int
     repairs_left: int
+    budget: QueryBudget | None
     answers: list[str] = field(default_factory=list)
     usage: Usage | None = None
     model: str | None = None
     saw: bool = True
     """False if an image existed but was not sent."""
+    notes_before: int = 0
+    """Number of notes about the server when the query began."""
 
     def add(self, usage: Usage) -> None:
         self.usage = usage if self.usage is None else self.usage + usage
@@ -90,14 +97,17 @@ class LanguageModelReasoner:
     ) -> None:
         self.model = model
         self.name = f"{model.name} (prompt {PROMPT_VERSION})"
-        self.usage_limits = usage_limits or UsageLimits(PRICES.get(getattr(model, "model", "")))
+        self.usage_limits = usage_limits or _default_limits(model)
         self._settings = settings or ModelSettings()
         self._cancelled = threading.Event()
         self._last: tuple[float, float | None] | None = None
 
     def preflight(self) -> tuple[str, ...]:
         """Check the model with one short query that counts toward no budget, as the solver requires before a drive."""
-        return preflight_model(self.model)
+        notes = preflight_model(self.model)
+        takes = self._takes()
+        cost = None if takes is None else cost_note(self.usage_limits, takes.pictures)
+        return notes if cost is None else (*notes, f"{self.model.name} {cost}")
 
     def decide(self, request: ReasonerRequest) -> ReasonerAnswer:
         """Query the model, as in `Reasoner`. Without a deadline in the request, the one in the settings applies.
@@ -108,7 +118,9 @@ class LanguageModelReasoner:
         scene = request.scene
         self._cancelled.clear()
         self._note_episode(scene)
-        self.usage_limits.check()
+        self.usage_limits.check(request.budget, scene.time_s)
+        self._last = (scene.time_s, scene.ego.distance_to_destination_m)
+        self.usage_limits.begin_query(scene.time_s)
         query = _Query(
             scene,
             messages(scene),
@@ -117,6 +129,8 @@ class LanguageModelReasoner:
             request.check,
             self._settings.checks,
             self._settings.repairs,
+            request.budget,
+            notes_before=len(self._notes()),
         )
         first = list(query.turns)
         try:
@@ -147,7 +161,7 @@ class LanguageModelReasoner:
                 return parse_answer(answer, query.scene)
             except AnswerError as error:
                 cut_off = reply.finish is Finish.CUT_OFF
-                self._repair(query, reply, AnswerError(_cut_off(reply)) if cut_off else error)
+                self._repair(query, reply, AnswerError(cut_off_reason(reply)) if cut_off else error)
 
     def _ask(self, query: _Query) -> ChatReply:
         """Run one exchange. Retry after a pause if the failure may be temporary and the deadline allows it."""
@@ -183,23 +197,33 @@ class LanguageModelReasoner:
             return reply
 
     def _failed(self, query: _Query, tools: list[Tool], error: TransientReasonerError | PermanentReasonerError) -> None:
-        """Count a query that was sent, even if its answer was late."""
+        """Count a failed query that was sent: with the tokens that the server stated, or by estimate if it was late."""
         paid = error.paid if isinstance(error, PermanentReasonerError) else error.trouble is TransientKind.LATE
-        if paid:
-            query.add(estimate(query.turns, tools, MOST_TOKENS))
-            self.usage_limits.add(estimate(query.turns, tools, MOST_TOKENS))
+        usage = error.usage or (estimate(query.turns, tools, MOST_TOKENS) if paid else None)
+        if usage is not None:
+            query.add(usage)
+            self.usage_limits.add(usage)
 
     def _trace(self, query: _Query, first: list[Message]) -> ReasonerTrace:
         return ReasonerTrace(
             format=FORMAT,
-            prompt=_prompt_text(first, query.saw),
+            prompt=recorded_prompt(first, query.saw),
             answers=tuple(query.answers),
             model=query.model or self.model.name,
             input_tokens=query.usage.input_tokens if query.usage else None,
             output_tokens=query.usage.output_tokens if query.usage else None,
             usd=self.usage_limits.price.cost_of(query.usage) if query.usage and self.usage_limits.price else None,
             seconds=round(time.monotonic() - query.began, 4),
+            notes=tuple(self._notes()[query.notes_before :]),
         )
+
+    def _takes(self) -> ServerCapabilities | None:
+        takes = getattr(getattr(self.model, "inner", self.model), "takes", None)
+        return takes if isinstance(takes, ServerCapabilities) else None
+
+    def _notes(self) -> list[str]:
+        takes = self._takes()
+        return [] if takes is None else takes.notes
 
     def _tools(self, query: _Query) -> list[Tool]:
         tools = [decide_tool(query.scene)]
@@ -210,28 +234,28 @@ class LanguageModelReasoner:
     def _answer_check(self, query: _Query, reply: ChatReply, answer: str) -> None:
         assert query.check is not None
         query.checks_left -= 1
+        self.usage_limits.refund_check()
         try:
             verdict = query.check(parse_plan(answer, query.scene))
             verdict = with_sides_swapped(verdict) if query.scene.mirrored else verdict
         except AnswerError as error:
             # The model gets the error as the result of the check, and can correct the plan.
             verdict = f"not a plan: {error}"
-        query.turns += _response_turns(reply, verdict)
+        query.turns += response_turns(reply, verdict)
 
     def _repair(self, query: _Query, reply: ChatReply, error: AnswerError) -> None:
         """Quote the error to the model once. A second invalid answer is a failure."""
         if query.repairs_left == 0:
             raise ReasonerError(f"{self.model.name} gave an invalid answer: {error}") from error
         query.repairs_left -= 1
-        self.usage_limits.check()
-        query.turns += _response_turns(
+        self.usage_limits.check(query.budget)
+        query.turns += response_turns(
             reply, f"That answer cannot be used: {error}. Answer again, complete and corrected."
         )
 
     def _note_episode(self, scene: Scene) -> None:
         """Start a new budget after 60 s without a query, or after 15 m of progress since the last query."""
         left, last = scene.ego.distance_to_destination_m, self._last
-        self._last = (scene.time_s, left)
         if last is None:
             return
         progressed = left is not None and last[1] is not None and last[1] - left > EPISODE_PROGRESS_M
@@ -239,42 +263,10 @@ class LanguageModelReasoner:
             self.usage_limits.new_episode()
 
 
-def _cut_off(reply: ChatReply) -> str:
-    """Return why an answer was cut off."""
-    count = f"{reply.usage.output_tokens} tokens" if reply.usage else "the token limit"
-    if only_thought(reply):
-        return f"it was cut off at {count} before it began, while the model was thinking; allow more with #tokens=N"
-    return f"it was cut off at {count}; say less in each text and list"
-
-
-def _response_turns(reply: ChatReply, text: str) -> list[Message]:
-    """Return the reply and the response to it in the protocol's form, which answers each call, or else the text.
-
-    Servers reject a call that is not valid when it is sent back, so such a call is quoted as text.
-    """
-    if reply.calls and all(map(_is_valid, reply.calls)):
-        others = [Message("tool", ONE_CALL, call_id=call.id) for call in reply.calls[1:]]
-        first = Message("tool", text, call_id=reply.calls[0].id)
-        return [Message("assistant", reply.text, calls=reply.calls), first, *others]
-    said = reply.text or "\n".join(call.arguments for call in reply.calls) or reply.thoughts[:MOST_QUOTED]
-    return [Message("assistant", said or "(empty)"), Message("user", text)]
-
-
-def _is_valid(call: ToolCall) -> bool:
-    try:
-        return call.name in (DECIDE, CHECK_PLAN) and isinstance(json.loads(call.arguments), dict)
-    except (ValueError, RecursionError):
-        return False
-
-
-def _prompt_text(turns: list[Message], saw: bool) -> str:
-    """Return the prompt for the record, with the digest of the image if it was sent."""
-    plain_turns = [
-        {
-            "role": turn.role,
-            "text": turn.text,
-            **({"image_sha256": hashlib.sha256(turn.image.jpeg).hexdigest()} if turn.image and saw else {}),
-        }
-        for turn in turns
-    ]
-    return json.dumps(plain_turns, ensure_ascii=False)
+def _default_limits(model: ChatModel) -> UsageLimits:
+    """Return the limits that a model's own options state, with the price of its vendor."""
+    inner: object = getattr(model, "inner", model)
+    options = getattr(inner, "options", None)
+    if not isinstance(options, ModelOptions):
+        return UsageLimits(None)
+    return usage_limits_of(getattr(inner, "model", ""), getattr(inner, "base_url", None), options)

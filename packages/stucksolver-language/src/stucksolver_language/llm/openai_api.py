@@ -7,22 +7,9 @@ import time
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
-from urllib.parse import parse_qs, urlsplit, urlunsplit
 
-from stucksolver.privacy.url_redaction import KEYS_VARIABLE, redacted, shown_address, without_login
-from stucksolver_language.llm.api_keys import (
-    AZURE_KEY_VARIABLE,
-    KEY_VARIABLE,
-    Credentials,
-    Origin,
-    credentials_for,
-    origin_of,
-)
-from stucksolver_language.llm.capabilities import (
-    ModelOptions,
-    has_deployment,
-    rejects_one_picture,
-)
+from stucksolver.privacy.url_redaction import redacted, without_login
+from stucksolver_language.llm.api_keys import Credentials, credentials_for
 from stucksolver_language.llm.chat import (
     ChatReply,
     Message,
@@ -33,7 +20,10 @@ from stucksolver_language.llm.chat import (
     Usage,
 )
 from stucksolver_language.llm.event_loop import Cancelled, DeadlineError, Loop
+from stucksolver_language.llm.model_options import ModelOptions
+from stucksolver_language.llm.openai_client import check_url, make_client
 from stucksolver_language.llm.openai_format import request_of
+from stucksolver_language.llm.refusal_words import rejects_one_picture, rejects_size
 from stucksolver_language.llm.reply_selection import answers, is_called, only_thought
 from stucksolver_language.llm.response_body import MOST_RAW, failure_in, read_body, reply_of
 from stucksolver_language.llm.sdk_errors import (
@@ -47,13 +37,8 @@ from stucksolver_language.llm.sdk_errors import (
 from stucksolver_language.llm.server_failure import ServerFailure, one_line
 from stucksolver_language.llm.server_memory import remembered
 from stucksolver_language.llm.server_text import clean, clean_json, clean_reply
+from stucksolver_language.llm.token_usage import usage_in
 
-PRIVATE_HEADERS = ("authorization", "api-key", "cookie", "proxy-authorization")
-"""Headers that identify the client. Requests contain only those of the server's own credentials."""
-OPENAI_HEADERS = ("openai-organization", "openai-project")
-"""Headers that the SDK fills from the environment. They are for OpenAI's own servers only."""
-NO_KEY = "none"
-"""Placeholder, because the SDK requires a key. The real key goes only into requests to the right server."""
 URL_VARIABLE = "OPENAI_BASE_URL"
 SHUT_FOR_S = 60.0
 """Time without requests after an error that a person must fix, such as a wrong key or an unknown model (s). Ours."""
@@ -100,10 +85,27 @@ class OpenAiChat:
 
         Features that the server rejects are omitted from then on. The retries share the same time limit.
         """
+        return self._run(messages, tools, must_call, None, limit_s)
+
+    def probe(self, messages: Sequence[Message], tool: Tool, most_tokens: int, limit_s: float) -> ChatReply:
+        """Run one exchange with a short limit of tokens. The reply comes back in whatever form it has, also cut off.
+
+        Raises: as `chat`.
+        """
+        return self._run(messages, [tool], tool.name, most_tokens, limit_s)
+
+    def _run(
+        self,
+        messages: Sequence[Message],
+        tools: Sequence[Tool],
+        must_call: str | None,
+        probe_tokens: int | None,
+        limit_s: float,
+    ) -> ChatReply:
         if self._shut is not None and time.monotonic() < self._shut[0]:
             raise PermanentReasonerError(self._shut[1], lasting=True)
         try:
-            return self._loop.run(self._exchange(self._connect(), messages, tools, must_call), limit_s)
+            return self._loop.run(self._exchange(self._connect(), messages, tools, must_call, probe_tokens), limit_s)
         except DeadlineError:
             raise TransientReasonerError(
                 f"{self.server_name} gave no answer within {limit_s:.1f} s", TransientKind.LATE
@@ -133,17 +135,8 @@ class OpenAiChat:
         return redacted(self.base_url) if self.base_url else "api.openai.com"
 
     def _connect(self) -> Any:
-        """Return the SDK's client, created once.
-
-        The import is here because importing the SDK takes most of a second.
-        """
+        """Return the SDK's client, created once."""
         if self._client is None:
-            try:
-                import openai
-            except ImportError as error:
-                raise PermanentReasonerError(
-                    "the openai package is not installed: add the extra [llm] (README, Install)"
-                ) from error
             try:
                 sent = credentials_for(self.base_url, self._login)
             except ValueError as error:
@@ -151,46 +144,8 @@ class OpenAiChat:
             if sent.note is not None and sent.note not in self.takes.notes:
                 self.takes.notes.append(sent.note)
             self._credentials = sent
-            if self.base_url is not None and has_deployment(self.base_url):
-                self._client = self._azure(openai)
-                return self._client
-            if not sent.headers and (self.base_url is None or urlsplit(self.base_url).hostname == "api.openai.com"):
-                raise PermanentReasonerError(
-                    f"no key: set {KEY_VARIABLE}, or name your own server as openai:MODEL@BASE_URL"
-                )
-            self._client = openai.AsyncOpenAI(
-                api_key=NO_KEY, base_url=self.base_url, max_retries=0, http_client=self._http(openai)
-            )
+            self._client = make_client(self.base_url, sent, self.server_name)
         return self._client
-
-    def _azure(self, openai: Any) -> Any:
-        """Return the client for Azure's older form: the key in its own header, the version in the query."""
-        assert self.base_url is not None and self._credentials is not None
-        parts = urlsplit(self.base_url)
-        version = parse_qs(parts.query).get("api-version") or [os.environ.get("OPENAI_API_VERSION", "")]
-        if not version[0]:
-            raise PermanentReasonerError(f"{self.server_name}: no version: end the address with ?api-version=…")
-        if not self._credentials.headers:
-            own = f"{KEYS_VARIABLE}='HOST=KEY' for a server that is not Microsoft's"
-            raise PermanentReasonerError(f"{self.server_name}: no key: set {AZURE_KEY_VARIABLE}, or {own}")
-        base = urlunsplit(parts._replace(query=""))
-        return openai.AsyncAzureOpenAI(
-            api_key=NO_KEY, base_url=base, api_version=version[0], max_retries=0, http_client=self._http(openai)
-        )
-
-    def _http(self, openai: Any) -> Any:
-        """Return an HTTP client that follows no redirect and sends credentials to the named server only."""
-        sent = self._credentials
-        assert sent is not None
-        own = Origin("https", "api.openai.com", 443) if self.base_url is None else origin_of(self.base_url)
-
-        async def identify(request: Any) -> None:
-            for name in PRIVATE_HEADERS + (() if sent.ours else OPENAI_HEADERS):
-                request.headers.pop(name, None)
-            if origin_of(str(request.url)) == own:
-                request.headers.update(sent.headers)
-
-        return openai.DefaultAsyncHttpxClient(follow_redirects=False, event_hooks={"request": [identify]})
 
     def _clean(self, text: str) -> str:
         """Return a server's text, safe to display and store."""
@@ -201,25 +156,34 @@ class OpenAiChat:
         return () if self._credentials is None else self._credentials.secrets
 
     async def _exchange(
-        self, client: Any, messages: Sequence[Message], tools: Sequence[Tool], must_call: str | None
+        self,
+        client: Any,
+        messages: Sequence[Message],
+        tools: Sequence[Tool],
+        must_call: str | None,
+        probe_tokens: int | None,
     ) -> ChatReply:
         """Run one exchange, and repeat it without the features that the server rejects."""
         spent: Usage | None = None
         retried = omitted = False
         while True:
             request = request_of(self.model, messages, tools, must_call, self.takes)
+            if probe_tokens is not None:
+                request[self.takes.token_field] = min(probe_tokens, self.takes.most_tokens)
             reply, failure = await self._answer(client, request)
-            spent = reply.usage if spent is None or reply.usage is None else spent + reply.usage
+            spent = spent if reply.usage is None else reply.usage if spent is None else spent + reply.usage
             reply = replace(reply, usage=spent, saw=reply.saw and not omitted)
             if failure is not None and not answers(reply):
                 if rejects_one_picture(failure.message) and any(m.image for m in messages):
                     messages, omitted = [replace(m, image=None) for m in messages], True
                     self.takes.omit_picture(self._clean(failure.message))
                 elif not self._learns(failure, request):
-                    raise self._error_for(failure, reply.raw)
-            elif only_thought(reply) and self.takes.make_room(self.takes.most_tokens):
+                    raise self._error_for(failure, reply)
+            elif probe_tokens is not None and (reply.text.strip() or reply.calls or only_thought(reply) or retried):
+                return reply
+            elif probe_tokens is None and only_thought(reply) and self.takes.make_room(self.takes.most_tokens):
                 continue
-            elif is_called(reply):
+            elif probe_tokens is None and is_called(reply):
                 self.takes.answered()
                 return reply
             elif not reply.text.strip() and not retried:
@@ -243,7 +207,8 @@ class OpenAiChat:
         except openai.APIStatusError as error:
             if error.status_code < 400:
                 raise self._translated(error) from None
-            return replace(nothing, raw=clean_json(error.response.text[:MOST_RAW], self._secrets)), failure_from(error)
+            raw = clean_json(error.response.text[:MOST_RAW], self._secrets)
+            return replace(nothing, raw=raw, usage=usage_in(read_body(error.response.text))), failure_from(error)
         except openai.OpenAIError as error:
             raise self._translated(error) from None
         body, raw = read_body(raw), clean_json(raw[:MOST_RAW], self._secrets)
@@ -259,7 +224,7 @@ class OpenAiChat:
         message = self._clean(failure.message)
         if is_context_overflow(message):
             return self.takes.give_room_back(message)
-        hard_schema = failure.status == 429 and "schema" in message.lower()
+        hard_schema = failure.status == 429 and ("schema" in message.lower() or rejects_size(message))
         if failure.withheld or not (failure.status in REFUSALS or hard_schema):
             return False
         return self.takes.learn(message, failure.parameter, request)
@@ -267,9 +232,9 @@ class OpenAiChat:
     def _translated(self, error: Any) -> ChatError:
         return translated(error, self.server_name, self.model, keyed=self._keyed, clean=self._clean)
 
-    def _error_for(self, failure: ServerFailure, raw: str) -> ChatError:
+    def _error_for(self, failure: ServerFailure, reply: ChatReply) -> ChatError:
         error = error_for(failure, self.server_name, self.model, keyed=self._keyed, clean=self._clean)
-        error.raw = raw
+        error.raw, error.usage = reply.raw, reply.usage
         return error
 
     @property
@@ -289,19 +254,3 @@ class OpenAiChat:
         # A server with one model, such as llama.cpp, serves it under any name.
         found: dict[str, Any] = named[0] if named else models[0] if len(models) == 1 else {}
         return found
-
-
-def check_url(url: str) -> None:
-    """Check an address.
-
-    Raises:
-        ValueError: It is not the address of a server.
-    """
-    origin_of(url)
-    parts = urlsplit(url)
-    other = [part for part in parts.query.split("&") if part and not part.startswith("api-version=")]
-    if other or parts.fragment:
-        raise ValueError(
-            f"only ?api-version=… may follow an address: {shown_address(url).partition('?')[0]!r}. "
-            f"Keys belong into {KEYS_VARIABLE}"
-        )

@@ -6,13 +6,13 @@ import base64
 from collections.abc import Sequence
 from typing import Any
 
-from stucksolver_language.llm.capabilities import Dialect, ServerCapabilities, ToolChoice
+from stucksolver_language.llm.capabilities import ServerCapabilities
 from stucksolver_language.llm.chat import Message, PermanentReasonerError, Tool, ToolCall
+from stucksolver_language.llm.dialects import Dialect, ToolChoice
 from stucksolver_language.llm.prompt import FORM, prose_appendix
 
 LARGEST_IMAGE_BYTES = 5_000_000
 """Largest image in a request (bytes). Ours."""
-NOT_IN_STRICT_MODE = frozenset({"maxLength"})
 LIMITS = frozenset(
     {"maxLength", "minLength", "maxItems", "minItems", "minimum", "maximum", "exclusiveMinimum", "exclusiveMaximum"}
 )
@@ -28,6 +28,9 @@ def request_of(
         PermanentReasonerError: An image is too large.
     """
     final = next(tool for tool in tools if must_call is None or tool.name == must_call)
+    if not takes.returns_calls or takes.dialect not in (Dialect.STRICT_TOOL, Dialect.TOOL):
+        # Servers reject calls in a request that declares no function.
+        messages = quoted(messages)
     request: dict[str, Any] = {
         "model": model,
         "messages": [_turn(m, takes.pictures) for m in messages],
@@ -47,7 +50,24 @@ def request_of(
         request["messages"][0]["content"] += prose_appendix(final)
     if not takes.system:
         request["messages"] = _without_system(request["messages"])
+    if takes.body:
+        # The SDK adds these fields, also those that it does not know.
+        request["extra_body"] = takes.body
     return request
+
+
+def quoted(messages: Sequence[Message]) -> list[Message]:
+    """Return a conversation with its calls and the first response to each turn's calls as text."""
+    turns: list[Message] = []
+    for message in messages:
+        if message.calls:
+            said = [message.text] if message.text else []
+            turns.append(Message(message.role, "\n".join(said + [call.arguments for call in message.calls])))
+        elif message.role != "tool":
+            turns.append(message)
+        elif turns[-1].role == "assistant":
+            turns.append(Message("user", message.text))
+    return turns
 
 
 def _ask_by_tool(request: dict[str, Any], tools: Sequence[Tool], name: str | None, takes: ServerCapabilities) -> None:
@@ -68,8 +88,7 @@ def _function(tool: Tool, strict: bool, takes: ServerCapabilities) -> dict[str, 
 
 def _within(schema: Any, takes: ServerCapabilities) -> Any:
     """Return a schema without the keywords that the server rejects."""
-    dropped = frozenset() if takes.limits else LIMITS
-    return _without(schema, dropped | (NOT_IN_STRICT_MODE if takes.strict_subset else frozenset()))
+    return _without(schema, takes.refused_keywords | (frozenset() if takes.limits else LIMITS))
 
 
 def _without(schema: Any, keywords: frozenset[str]) -> Any:
@@ -94,7 +113,7 @@ def _without_system(turns: list[dict[str, Any]]) -> list[dict[str, Any]]:
 def _turn(message: Message, pictures: bool) -> dict[str, Any]:
     if message.role == "tool":
         return {"role": "tool", "tool_call_id": message.call_id, "content": message.text}
-    turn: dict[str, Any] = {"role": message.role, "content": message.text}
+    turn: dict[str, Any] = {"role": message.role, "content": message.text, **message.extra}
     if message.calls:
         turn["tool_calls"] = [_call(call) for call in message.calls]
     if message.image is not None and pictures:

@@ -12,8 +12,9 @@ from stucksolver.scene.mirror import mirrored_scene, with_sides_swapped
 from stucksolver_language.llm.chat import Message, Tool
 from stucksolver_language.llm.offered_behaviors import available, known_behaviors, signature
 from stucksolver_language.llm.scene_prompt import scene_text
+from stucksolver_language.llm.tool_schema import steps_of
 
-PROMPT_VERSION = 6
+PROMPT_VERSION = 7
 """Version of the prompt.
 
 It increases with every change to the text below, which a test enforces, and to the text of a scene.
@@ -76,9 +77,10 @@ def system_text(scene: Scene) -> str:
 
 
 def user_text(scene: Scene) -> str:
-    """Return the scene as text, and the behaviors that are available in it."""
+    """Return the scene as text, the behaviors that are available in it, and the questions to answer."""
     seen = mirrored_scene(scene) if scene.mirrored else scene
-    return f"{scene_text(seen)}\nbehaviors available now: {', '.join(b.name for b in available(scene))}"
+    behaviors = ", ".join(b.name for b in available(scene))
+    return f"{scene_text(seen)}\nbehaviors available now: {behaviors}\nquestions: {', '.join(steps_of(scene))}"
 
 
 def prose_appendix(tool: Tool) -> str:

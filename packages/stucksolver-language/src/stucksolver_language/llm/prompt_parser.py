@@ -85,6 +85,9 @@ def _line(found: dict[str, Any], part: str, line: str) -> str:
         names = line.partition(": ")[2].split(", ")
         found["behaviors"] = describe(tuple(name for name in names if name in REGISTRY))
         return ""
+    if line.startswith("questions: "):
+        # They follow from the guidance.
+        return ""
     if line.startswith("route starts ("):
         found["waypoints"] = [start for group in line.partition("): ")[2].split("; ") for start in _starts(group)]
         return ""

@@ -8,8 +8,9 @@ from stucksolver.privacy.url_redaction import shown_address, without_login
 from stucksolver.reasoners.reasoner import Reasoner
 from stucksolver.reasoners.registry import ReasonerKind, ReasonerNameError, help_text
 from stucksolver_language.llm import LanguageModelReasoner
-from stucksolver_language.llm.capabilities import parse_options
 from stucksolver_language.llm.exchanges import RecordedChat, RecordingChat
+from stucksolver_language.llm.model_families import family_of
+from stucksolver_language.llm.model_options import parse_options
 from stucksolver_language.llm.openai_api import OpenAiChat
 
 BLIND = "#pictures=off"
@@ -23,9 +24,10 @@ def _openai(rest: str, exchanges: Path | None) -> Reasoner:
         raise ReasonerNameError(f"no model in name: openai:{shown_address(rest)}. Use {help_text()}")
     try:
         chat = OpenAiChat(model, base_url or None, parse_options(options), login)
+        kept = chat if exchanges is None else RecordingChat(chat, exchanges)
+        return LanguageModelReasoner(kept)
     except ValueError as error:
         raise ReasonerNameError(f"openai:{shown_address(rest)}: {error}") from error
-    return LanguageModelReasoner(chat if exchanges is None else RecordingChat(chat, exchanges))
 
 
 def _recorded(rest: str, exchanges: Path | None) -> Reasoner:
@@ -35,8 +37,8 @@ def _recorded(rest: str, exchanges: Path | None) -> Reasoner:
 
 
 def _sees(rest: str) -> bool:
-    return BLIND not in rest
+    return BLIND not in rest and family_of(rest.partition("#")[0].partition("@")[0]).pictures
 
 
 OPENAI = ReasonerKind("openai", "openai:MODEL[@BASE_URL][#OPTION=VALUE…]", _openai, _sees)
-RECORDED = ReasonerKind("recorded", "recorded:FOLDER", _recorded, _sees)
+RECORDED = ReasonerKind("recorded", "recorded:FOLDER", _recorded, lambda rest: True)

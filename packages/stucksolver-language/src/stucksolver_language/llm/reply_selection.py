@@ -40,6 +40,15 @@ def is_called(reply: ChatReply) -> bool:
     return bool(reply.calls) or "{" in reply.text or only_thought(reply) or answers(reply)
 
 
+def follows_schema(reply: ChatReply) -> bool:
+    """True if a reply, which may be cut off early, is a call of our function, or begins as its schema does."""
+    text = "".join(split_thoughts(reply.text)[0].split())
+    begins = any(
+        f'{{"{part}"'.startswith(text[: len(part) + 3]) for part in ("observation", "analysis", "decision") if text
+    )
+    return begins or any(call.name in ("", DECIDE) for call in reply.calls) or f'"{DECIDE}"' in text
+
+
 def only_thought(reply: ChatReply) -> bool:
     """True if a reply was cut off while the model was thinking, before any answer."""
     return reply.finish is Finish.CUT_OFF and not reply.calls and not split_thoughts(reply.text)[0].strip()

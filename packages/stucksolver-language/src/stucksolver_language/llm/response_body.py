@@ -12,8 +12,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
-from stucksolver_language.llm.chat import ChatReply, Finish, ToolCall, Usage
+from stucksolver_language.llm.chat import ChatReply, Finish, ToolCall
 from stucksolver_language.llm.server_failure import ServerFailure, failure_of, one_line, reported_error, words_of
+from stucksolver_language.llm.token_usage import usage_in
 from stucksolver_language.llm.written_calls import plain_name
 
 MOST_BODY = 4_000_000
@@ -29,6 +30,10 @@ WITHHELD = frozenset(
     {"content_filter", "safety", "refusal", "recitation", "blocklist", "prohibited_content", "spii", "sensitive"}
 )
 """Reasons why an answer ended, of all providers, in lower case."""
+KEPT_OF_CALLS = ("extra_content", "provider_specific_fields", "thought_signature")
+"""Fields of a call that must come back with it: Gemini's own endpoint, LiteLLM, and other proxies."""
+KEPT_OF_MESSAGES = ("reasoning_content", "reasoning_details", "thinking_blocks")
+"""Fields of a message that must come back while one of its calls is open: DeepSeek, OpenRouter, LiteLLM."""
 _THOUGHTS = frozenset({"reasoning", "reasoning_content", "reasoning_text", "reasoning_details", "thinking", "thoughts"})
 _CONTENT = ("content", "parts", "output", "output_text", "response", "text")
 _ARGUMENTS = ("arguments", "input", "args", "parameters")
@@ -74,12 +79,13 @@ def reply_of(body: Any, raw: str, asked: str, saw: bool) -> ChatReply:
     return ChatReply(
         "".join(found.texts),
         tuple(found.calls),
-        _usage(body),
+        usage_in(body),
         model if isinstance(model, str) and model else asked,
         Finish.CUT_OFF if finish in CUT_OFF else Finish.WHOLE if finish in WHOLE else Finish.UNTOLD,
         saw,
         "\n".join(dict.fromkeys(found.thoughts)),
         raw,
+        {key: message[key] for key in KEPT_OF_MESSAGES if message.get(key)} if found.calls else {},
     )
 
 
@@ -243,7 +249,7 @@ def _collect_call(entry: Any, found: _Found) -> None:
     )
     arguments = next((inner[key] for key in _ARGUMENTS if inner.get(key) is not None), "")
     identifier = entry.get("id") or entry.get("call_id") or f"call_{len(found.calls)}"
-    extra = {key: entry[key] for key in ("extra_content",) if isinstance(entry.get(key), dict)}
+    extra = {key: entry[key] for key in KEPT_OF_CALLS if isinstance(entry.get(key), dict | str)}
     text = arguments if isinstance(arguments, str) else _as_text(arguments)
     found.calls.append(ToolCall(str(identifier), plain_name(str(inner.get("name") or "")), text, extra))
 
@@ -279,20 +285,3 @@ def _first(items: Any) -> dict[str, Any]:
     """Return the first item of a list if it is an object; otherwise an empty object."""
     first = items[0] if isinstance(items, list) and items else None
     return first if isinstance(first, dict) else {}
-
-
-def _usage(body: Any) -> Usage | None:
-    usage = body.get("usage") if isinstance(body, dict) else None
-    places = [place for place in (usage, body) if isinstance(place, dict)]
-    read = _count(places, ("prompt_tokens", "input_tokens", "prompt_eval_count"))
-    if read is None:
-        return None
-    details = usage.get("prompt_tokens_details") if isinstance(usage, dict) else None
-    cached = _count([details], ("cached_tokens",)) if isinstance(details, dict) else None
-    written = _count(places, ("completion_tokens", "output_tokens", "eval_count"))
-    return Usage(read, written or 0, cached or 0)
-
-
-def _count(places: list[dict[str, Any]], names: tuple[str, ...]) -> int | None:
-    stated = [place.get(name) for place in places for name in names]
-    return next((n for n in stated if isinstance(n, int) and not isinstance(n, bool) and 0 <= n < 2**40), None)

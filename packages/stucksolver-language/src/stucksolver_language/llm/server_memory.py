@@ -10,17 +10,25 @@ import json
 import os
 from typing import Any
 
-from stucksolver_language.llm.capabilities import (
-    Dialect,
-    ModelOptions,
-    ServerCapabilities,
-    ToolChoice,
-    capabilities_of,
-)
+from stucksolver_language.llm.capabilities import ServerCapabilities, capabilities_of
+from stucksolver_language.llm.dialects import Dialect, ToolChoice
+from stucksolver_language.llm.model_options import ModelOptions
 
 VARIABLE = "STUCKSOLVER_SERVERS"
 """What was found, as JSON, for processes that this one starts. It holds no keys and no text of a server."""
-PLAIN = ("pictures", "temperature", "token_field", "effort", "parallel", "most_tokens", "limits", "system", "room")
+PLAIN = (
+    "pictures",
+    "temperature",
+    "token_field",
+    "effort",
+    "parallel",
+    "most_tokens",
+    "limits",
+    "system",
+    "returns_calls",
+    "body",
+    "room",
+)
 
 _known: dict[str, ServerCapabilities] = {}
 

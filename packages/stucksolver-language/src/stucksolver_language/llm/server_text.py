@@ -20,13 +20,15 @@ SEQUENCE = re.compile(
 ESCAPE = re.compile(r"(?<!\\)((?:\\\\)*)\\u([0-9a-fA-F]{4})")
 """A character as an escape sequence of JSON."""
 LINE_CONTROLS = "\n\t"
-INVISIBLE = frozenset({"Cc", "Cf", "Cs", "Zl", "Zp"})
+INVISIBLE = frozenset({"Cc", "Cf", "Zl", "Zp"})
 """Unicode categories that are removed. They move the cursor, reverse the direction, or split a word invisibly."""
+HALVES = re.compile("[\ud800-\udfff]")
+"""Halves of characters, which no file can store. They are replaced, so that the record shows where one was."""
 
 
 def printable(text: str) -> str:
     """Return a text without control sequences and invisible characters. Line breaks and tabs stay."""
-    text = SEQUENCE.sub("", text)
+    text = HALVES.sub("\N{REPLACEMENT CHARACTER}", SEQUENCE.sub("", text))
     return "".join(c for c in text if c in LINE_CONTROLS or unicodedata.category(c) not in INVISIBLE)
 
 
@@ -57,6 +59,7 @@ def clean_reply(reply: ChatReply, secrets: Iterable[str] = ()) -> ChatReply:
         calls=calls,
         model=clean(reply.model, known),
         thoughts=clean_json(reply.thoughts, known),
+        extra=_clean_value(reply.extra, known),
     )
 
 

@@ -1,20 +1,24 @@
-"""The functions that a model may call, derived from the decision's types, the offered behaviors and the scene's ids.
+"""The functions that a model may call, derived from the decision's types and the behaviors of the stack.
 
-They cannot express an unavailable behavior, an unknown object or an unknown waypoint. They use the subset of JSON
-Schema for strict structured output (every field required, no others, no defaults), except for `maxLength`, which is
-removed for servers that reject it. Definitions that differ between scenes come last, so that prompt caches match the
-part before. Lists and texts are bounded, since a small model may repeat one item until its tokens are used up.
+They are the same in every query of a drive, because providers compile a schema when it comes first, which takes up to
+10 s, and caches match it as a whole. So ids of objects and waypoints are texts, and behaviors that have nothing to act
+on can be expressed: the parser checks both. The functions use the subset of JSON Schema for strict structured output
+(every field required, no others, no defaults), except for limits, which are removed for servers that reject them. Lists
+and texts are bounded, since a small model may repeat one item until its tokens are used up.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from enum import Enum
 from typing import Any
 
 from stucksolver.plan import CauseCode, GuidanceIntent, Intent, WaitReason
-from stucksolver.scene import ControlKind, LaneRelation, LightState, ObjectKind, Scene
+from stucksolver.plan.behaviors import REGISTRY
+from stucksolver.plan.behaviors.registry import describe
+from stucksolver.scene import AvailableBehavior, ControlKind, LaneRelation, LightState, ObjectKind, Scene
 from stucksolver_language.llm.chat import Tool
-from stucksolver_language.llm.offered_behaviors import available, known_behaviors
+from stucksolver_language.llm.offered_behaviors import known_behaviors
 
 DECIDE = "decide"
 CHECK_PLAN = "check_plan"
@@ -26,29 +30,56 @@ MOST_PARTICIPANTS = 8
 """Maximum number of participants in an observation. Ours."""
 MOST_TEXT = 240
 """Longest text (characters): one or two sentences."""
+SHORT_ID, LONG_ID = 16, 64
+"""Longest id of an object or a waypoint in an answer (characters).
+
+The short bound applies as long as the ids of the scene fit: CARLA's are shorter, a UUID has 36. A small model that
+repeats itself fills each id to its bound. Ours.
+"""
+GUIDED, UNGUIDED = ("S2.1",), ("S2.2", "S2.3", "S2.4", "S2.5")
+"""Questions of the chain with and without a passenger's guidance."""
 
 Schema = dict[str, Any]
 
 
 def decide_tool(scene: Scene) -> Tool:
     """Return the function for the final answer: observation, analysis and decision, in the order of the chain."""
-    parameters = _object(
-        {"observation": _observation(), "analysis": _analysis(), "decision": _decision()},
-    )
-    parameters["$defs"] = _definitions(scene)
-    return Tool(DECIDE, "Answer with what you observe, analyse and decide, in this order.", parameters)
+    return _decide_tool(known_behaviors(scene), _id_length(scene))
+
+
+def full_decide_tool() -> Tool:
+    """Return the same function for a stack that offers every behavior, for queries without a scene."""
+    return _decide_tool(describe(tuple(REGISTRY)), SHORT_ID)
 
 
 def check_tool(scene: Scene) -> Tool:
     """Return the function that queries the guard about a plan before the model commits to it."""
     parameters = _object({"behaviors": _plan()})
-    parameters["$defs"] = _definitions(scene)
+    parameters["$defs"] = _plan_definitions(known_behaviors(scene), _id_length(scene))
     return Tool(CHECK_PLAN, "Ask whether the safety guard would accept these behaviors now.", parameters)
 
 
 def steps_of(scene: Scene) -> tuple[str, ...]:
     """Return the questions of the chain that apply."""
-    return ("S2.1",) if scene.guidance is not None else ("S2.2", "S2.3", "S2.4", "S2.5")
+    return GUIDED if scene.guidance is not None else UNGUIDED
+
+
+def _id_length(scene: Scene) -> int:
+    ids = [*(obj.id for obj in scene.objects), *(waypoint.id for waypoint in scene.waypoints)]
+    return SHORT_ID if all(len(name) <= SHORT_ID for name in ids) else LONG_ID
+
+
+def _decide_tool(behaviors: Sequence[AvailableBehavior], id_length: int) -> Tool:
+    parameters = _object(
+        {"observation": _observation(), "analysis": _analysis(), "decision": _decision()},
+    )
+    steps = [_object({name: {"$ref": "#/$defs/step"} for name in names}) for names in (UNGUIDED, GUIDED)]
+    parameters["$defs"] = {
+        "step": _object({"answer": {"type": ["boolean", "null"]}, "evidence": _text()}),
+        "steps": {"anyOf": steps},
+        **_plan_definitions(behaviors, id_length),
+    }
+    return Tool(DECIDE, "Answer with what you observe, analyse and decide, in this order.", parameters)
 
 
 def _observation() -> Schema:
@@ -86,7 +117,7 @@ def _decision() -> Schema:
             "rationale": _text(),
             "behaviors": _or_null(_plan()),
             "replan_route": {"type": "boolean"},
-            "route_start": {"$ref": "#/$defs/route_start"},
+            "route_start": _or_null({"$ref": "#/$defs/waypoint_id"}),
         }
     )
 
@@ -96,7 +127,7 @@ def _plan() -> Schema:
 
 
 def _behavior(name: str, parameters: Schema) -> Schema:
-    """Return a behavior's own schema without titles and defaults, its ids restricted to those of the scene."""
+    """Return a behavior's own schema without titles and defaults."""
     fields = {key: _field(key, value) for key, value in parameters["properties"].items() if key != "name"}
     return _object({"name": {"type": "string", "enum": [name]}, **fields})
 
@@ -109,24 +140,12 @@ def _field(key: str, value: Schema) -> Schema:
     return {k: v for k, v in value.items() if k not in ("title", "default", "description")}
 
 
-def _start(scene: Scene) -> Schema:
-    return _or_null({"$ref": "#/$defs/waypoint_id"}) if scene.waypoints else {"type": "null"}
-
-
-def _definitions(scene: Scene) -> Schema:
-    """Return the definitions: first those that are the same in every scene of a stack, then the others.
-
-    An enumeration must not be empty, so an empty list offers a word that is no id.
-    """
-    offered = {b.name for b in available(scene)}
+def _plan_definitions(behaviors: Sequence[AvailableBehavior], id_length: int) -> Schema:
     return {
-        "step": _object({"answer": {"type": ["boolean", "null"]}, "evidence": _text()}),
-        **{b.name: _behavior(b.name, b.parameters) for b in known_behaviors(scene)},
-        "steps": _object({name: {"$ref": "#/$defs/step"} for name in steps_of(scene)}),
-        "behavior": {"anyOf": [{"$ref": f"#/$defs/{b.name}"} for b in known_behaviors(scene) if b.name in offered]},
-        "route_start": _start(scene),
-        "waypoint_id": {"type": "string", "enum": [w.id for w in scene.waypoints] or ["none"]},
-        "object_id": {"type": "string", "enum": [o.id for o in scene.objects] or ["none"]},
+        **{b.name: _behavior(b.name, b.parameters) for b in behaviors},
+        "behavior": {"anyOf": [{"$ref": f"#/$defs/{b.name}"} for b in behaviors]},
+        "waypoint_id": {"type": "string", "maxLength": id_length},
+        "object_id": {"type": "string", "maxLength": id_length},
     }
 
 

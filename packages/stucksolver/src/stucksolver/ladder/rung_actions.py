@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Literal
 
+from stucksolver.query_budget import QueryBudget
+
 Person = Literal["passenger", "operator"]
 
 FIRST_REASONER = "reasoner"
@@ -37,6 +39,8 @@ class AskReasoner:
     tries: int
     cooldown_s: float
     repair_rounds: int
+    budget: QueryBudget | None = None
+    """Bounds on the use of the reasoner in one intervention; None for its own."""
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,14 @@ from stucksolver.ladder.rung_actions import (
     Move,
     Resume,
 )
+from stucksolver.query_budget import QueryBudget
 from stucksolver.scene.base_model import FrozenModel
+
+DEADLINE_S = 10.0
+"""Deadline of a reasoner's answer (s).
+
+A language model may query the guard twice before it decides: three exchanges of 2.8 s (Bao & Li 2025) take 8.4 s.
+"""
 
 
 class Rung(FrozenModel, ABC):
@@ -52,17 +59,21 @@ class ReasonerRung(Rung):
     summary: ClassVar[str] = "query the reasoner for a plan, which the guard checks"
 
     kind: Literal["reasoner"] = "reasoner"
-    deadline_s: float = Field(default=5.0, gt=0, le=600)
-    """Deadline of an answer (s); a later answer is dropped. Ours."""
+    deadline_s: float = Field(default=DEADLINE_S, gt=0, le=600)
+    """Deadline of an answer (s); a later answer is dropped."""
     tries: int = Field(default=5, ge=1, le=1000)
     """Number of plans or answers without success before the next rung. Ours."""
     cooldown_s: float = Field(default=2.0, ge=0.1, le=600)
     """Time between two tries (s). Ours."""
     repair_rounds: int = Field(default=1, ge=0, le=5)
     """Number of times that a reasoner gets the reject reasons of its plan and is queried again at once. Ours."""
+    budget: QueryBudget | None = None
+    """Bounds on the reasoner that replaces the search, as on the rung `model`."""
 
     def move(self) -> AskReasoner:
-        return AskReasoner(FIRST_REASONER, self.deadline_s, self.tries, self.cooldown_s, self.repair_rounds)
+        return AskReasoner(
+            FIRST_REASONER, self.deadline_s, self.tries, self.cooldown_s, self.repair_rounds, self.budget
+        )
 
 
 class ModelRung(Rung):
@@ -73,13 +84,15 @@ class ModelRung(Rung):
     kind: Literal["model"] = "model"
     reasoner: str = "model"
     """Name of the reasoner in the stack."""
-    deadline_s: float = Field(default=5.0, gt=0, le=600)
+    deadline_s: float = Field(default=DEADLINE_S, gt=0, le=600)
     tries: int = Field(default=3, ge=1, le=1000)
     cooldown_s: float = Field(default=3.0, ge=0.1, le=600)
     repair_rounds: int = Field(default=1, ge=0, le=5)
+    budget: QueryBudget | None = None
+    """Bounds on queries, tokens and US dollars in one intervention. None for those of the reasoner."""
 
     def move(self) -> AskReasoner:
-        return AskReasoner(self.reasoner, self.deadline_s, self.tries, self.cooldown_s, self.repair_rounds)
+        return AskReasoner(self.reasoner, self.deadline_s, self.tries, self.cooldown_s, self.repair_rounds, self.budget)
 
 
 class PassengerRung(Rung):

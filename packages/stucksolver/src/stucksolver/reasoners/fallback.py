@@ -13,6 +13,7 @@ from stucksolver.reasoners.reasoner import (
     ReasonerAnswer,
     ReasonerError,
     ReasonerRequest,
+    ReasonerTrace,
     SupportsPreflight,
 )
 
@@ -27,6 +28,8 @@ class FallbackReasoner:
         self.name = ", then ".join(r.name for r in self.reasoners)
         self.failures: tuple[str, ...] = ()
         """Errors of the reasoners before the one that answered the last query."""
+        self.failed_traces: tuple[ReasonerTrace, ...] = ()
+        """Traces of these errors: what the last query cost before it was answered."""
         self._running: Reasoner | None = None
         self._cancelled = threading.Event()
 
@@ -37,7 +40,7 @@ class FallbackReasoner:
             ReasonerError: No reasoner has an answer, or `cancel` was called.
         """
         self._cancelled.clear()
-        self.failures = ()
+        self.failures, self.failed_traces = (), ()
         ends_at = None if request.deadline_s is None else time.monotonic() + request.deadline_s
         trace = None
         for number, reasoner in enumerate(self.reasoners):
@@ -46,11 +49,13 @@ class FallbackReasoner:
                 return reasoner.decide(self._share(request, ends_at, number))
             except ReasonerError as error:
                 trace = error.trace or trace
+                self.failed_traces += () if error.trace is None else (error.trace,)
                 self.failures = (*self.failures, f"{reasoner.name}: {error}")
                 if self._cancelled.is_set():
                     break
         failed = ReasonerError("; ".join(self.failures))
         failed.trace = trace
+        self.failed_traces = self.failed_traces[:-1] if trace is not None else ()
         raise failed
 
     def _share(self, request: ReasonerRequest, ends_at: float | None, number: int) -> ReasonerRequest:

@@ -10,6 +10,7 @@ from pydantic import ValidationError
 
 from stucksolver.plan import Decision, RecoveryPlan
 from stucksolver.plan.assessment import PlanAssessor
+from stucksolver.query_budget import QueryBudget
 from stucksolver.scene import Scene
 from stucksolver.scene.base_model import FrozenModel
 
@@ -29,12 +30,14 @@ class ReasonerRequest:
         check: Check of a plan by the guard before the reasoner decides. None if the surroundings are unknown.
         deadline_s: Wall time for the answer (s); None for no limit.
         assess: Assessment of a whole plan by the guard, with margins. None if the surroundings are unknown.
+        budget: Bounds of the ladder's rung on the use of the reasoner in one intervention. None for the reasoner's own.
     """
 
     scene: Scene
     check: PlanCheck | None = None
     deadline_s: float | None = None
     assess: PlanAssessor | None = None
+    budget: QueryBudget | None = None
 
 
 class ReasonerTrace(FrozenModel):
@@ -52,6 +55,8 @@ class ReasonerTrace(FrozenModel):
     usd: float | None = None
     """Cost of the answers (US dollars), if the model's price is known."""
     seconds: float | None = None
+    notes: tuple[str, ...] = ()
+    """Changes in how the reasoner is queried, made during this query: a format given up, or tried again."""
 
 
 @dataclass(frozen=True)

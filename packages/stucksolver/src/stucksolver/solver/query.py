@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from stucksolver.plan import WaitReason
+from stucksolver.query_budget import QueryBudget
 from stucksolver.scene import Interpretation, Scene, Surroundings
 
 
@@ -22,6 +23,7 @@ class Query:
         outlived: Reasons to wait that have exceeded their limit.
         seen: Surroundings with which the guard checks plans that the reasoner considers.
         reading: Interpretation of the passenger's guidance, for the same check.
+        budget: Bounds of the rung on the use of the reasoner.
     """
 
     number: int
@@ -33,6 +35,7 @@ class Query:
     outlived: frozenset[WaitReason]
     seen: Surroundings | None
     reading: Interpretation | None
+    budget: QueryBudget | None = None
 
 
 @dataclass(frozen=True)

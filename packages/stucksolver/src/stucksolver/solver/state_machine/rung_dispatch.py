@@ -156,6 +156,7 @@ def _ask(turn: PendingTransition, move: AskReasoner, trigger: Trigger) -> None:
         outlived=state.escalation.expired_waits(turn.now_s),
         seen=seen,
         reading=state.reading,
+        budget=move.budget,
     )
     turn.state = replace(turn.state, activity=Querying(query), queries=query.number, scene=query.scene)
 

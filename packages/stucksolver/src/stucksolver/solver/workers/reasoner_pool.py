@@ -8,6 +8,7 @@ from dataclasses import replace
 from stucksolver.ladder import WaitPolicy
 from stucksolver.plan import Decision, WaitReason, apply_limits_to_decision
 from stucksolver.plan.assessment import PlanAssessor
+from stucksolver.query_budget import QueryBudget
 from stucksolver.reasoners import Reasoner, ReasonerAnswer, ReasonerRequest, ReasonerTrace, SearchReasoner
 from stucksolver.reasoners.duties import NAME as DUTIES
 from stucksolver.reasoners.duties import decide_wait
@@ -40,6 +41,7 @@ class ReasonerPool:
         check: PlanCheck | None = None,
         limit_s: float | None = None,
         assess: PlanAssessor | None = None,
+        budget: QueryBudget | None = None,
     ) -> ReasonerAnswer:
         """Query one reasoner for a scene. Runs outside the control loop.
 
@@ -51,12 +53,13 @@ class ReasonerPool:
             check: Check of a plan by the guard before the reasoner answers.
             limit_s: Wall time for the answer (s).
             assess: Assessment of a whole plan by the guard before the reasoner answers.
+            budget: Bounds of the rung on the use of the reasoner.
 
         Raises:
             ReasonerError: The reasoner failed.
             MalformedAnswerError: Its answer is unusable.
         """
-        reasoner, request = self.reasoners[name], ReasonerRequest(scene, check, limit_s, assess)
+        reasoner, request = self.reasoners[name], ReasonerRequest(scene, check, limit_s, assess, budget)
         if screen and scene.guidance is None and not isinstance(reasoner, SearchReasoner):
             wait = decide_wait(scene, self._waits.limits())
             analysis = wait.analysis

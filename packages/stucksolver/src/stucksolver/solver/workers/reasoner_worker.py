@@ -140,6 +140,7 @@ def _think(
             check=check,
             limit_s=query.deadline_s,
             assess=assess,
+            budget=query.budget,
         )
     except BaseException as error:  # noqa: BLE001 - any error is stored for the control loop, which reports it
         pending.took_s = time.monotonic() - pending.asked_wall_s
