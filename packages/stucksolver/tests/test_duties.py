@@ -136,6 +136,18 @@ def test_by_sensors_an_animal_that_never_moved_is_passed(kind, sd_m, stood_s, mo
     assert (decision.analysis.wait is WaitReason.PEOPLE) == (decision.plan is None) == waits
 
 
+@pytest.mark.parametrize(("stopped_s", "waits"), [(5.0, True), (19.0, True), (21.0, False)])
+def test_person_who_hesitates_at_lane_edge_is_given_time_then_passed(stopped_s, waits):
+    """Such a person is not in the path, but the guard refuses to drive past so near: the ego goes around them."""
+    person = thing("walker", 62.0, -1.45, kind=ObjectKind.PEDESTRIAN)
+    decision = decide(World(TWO_WAY, [person]), stopped_s=stopped_s)
+    assert (decision.plan is None) is waits
+    if waits:
+        assert decision.analysis.wait is WaitReason.PEOPLE and "walker" in decision.rationale
+    else:
+        assert decision.plan.behaviors[-1] == BorrowOncomingLane(past_object_id="walker", speed_mps=5.5)
+
+
 def test_people_who_walk_away_hold_nobody_up():
     away = World(TWO_WAY, [thing("walker", 60.0, -3.0, kind=ObjectKind.PEDESTRIAN, sideways=-1.2)])
     assert decide(away).analysis.wait is None

@@ -9,13 +9,21 @@ from stucksolver.reasoners.duties.proposal import Proposal
 from stucksolver.reasoners.duties.recent_attempts import has_been_tried
 from stucksolver.reasoners.duties.right_of_way import SCENES, STANDS_S, may_hold
 from stucksolver.reasoners.duties.standoffs import FIRST_TURN_S
-from stucksolver.scene import VEHICLES, Claim, ControlKind, LightState, ObjectKind, Scene
-from stucksolver.scene.own_path import IN_LANE_M, nearest_ahead
+from stucksolver.scene import VEHICLES, Claim, ControlKind, LightState, ObjectKind, Scene, SceneObject
+from stucksolver.scene.own_path import IN_LANE_M, is_beside_path, nearest_ahead
 
 AT_LINE_M = 5.5
 """An ego that waits at a light is stopped at most this far before its line (m). Ours."""
 LOOKED_S = 3.0
 """An ego has waited at a light after this time (s). Ours."""
+
+
+HESITATES_S = 20.0
+"""A person who stands beside the ego's path is given this long to cross (s). Ours: people hesitate for a quarter of a
+minute before a stopped vehicle.
+"""
+HESITATES_M, ASIDE_M = 15.0, 0.75
+"""Distance ahead of the ego and beside its path within which that holds (m). Ours."""
 
 
 def duty_to_wait(scene: Scene, analysis: Analysis, limits: WaitLimits) -> Proposal | None:
@@ -31,9 +39,18 @@ def duty_to_wait(scene: Scene, analysis: Analysis, limits: WaitLimits) -> Propos
         return _duty_to_crossing(scene, drives(lead), f"{lead.kind.value} {lead.id}")
     if lead is not None and lead.kind in SCENES and asked is None and scene.ego.stopped_for_s <= limits.yield_s:
         return Proposal(None, f"{lead.kind.value} {lead.id} holds up the traffic", WaitReason.YIELD)
+    person = None if asked is not None else _hesitating(scene)
+    if person is not None and scene.ego.stopped_for_s < HESITATES_S:
+        return Proposal(None, f"{person.kind.value} {person.id} beside the path may cross", WaitReason.PEOPLE)
     if lead is None and analysis.immobilized:
         return _duty_on_free_road(scene)
     return None
+
+
+def _hesitating(scene: Scene) -> SceneObject | None:
+    """Return a person on foot who stands just ahead beside the ego's path, or None."""
+    near = [o for o in scene.objects if o.kind is ObjectKind.PEDESTRIAN and 0.0 < (o.gap_m or 0.0) < HESITATES_M]
+    return next((o for o in near if is_beside_path(scene, o, ASIDE_M)), None)
 
 
 def _duty_to_crossing(scene: Scene, moves: bool, who: str) -> Proposal | None:

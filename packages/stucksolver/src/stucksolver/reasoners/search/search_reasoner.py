@@ -28,7 +28,7 @@ from stucksolver.reasoners.reasoner import ReasonerAnswer, ReasonerRequest, Reas
 from stucksolver.reasoners.search.binding_constraint import binding_constraint, in_words
 from stucksolver.reasoners.search.plan_search import Candidate, PlanSearch, SearchResult
 from stucksolver.reasoners.search.reroute import new_route, reroute
-from stucksolver.reasoners.search.way_out import must_leave, way_out
+from stucksolver.reasoners.search.way_out import may_leave, must_leave, way_out
 from stucksolver.scene import MOTOR_VEHICLES, REQUESTS, RejectCode, Scene, SceneObject
 from stucksolver.scene.own_path import nearest_ahead
 
@@ -99,10 +99,10 @@ class SearchReasoner:
         if scene.guidance is not None and result.nearly is not None:
             # The guard refuses what the passenger asks for, and its reason is told back.
             return Proposal(result.nearly.plan, analysis.reason), analysis
-        out = None if scene.guidance is not None else way_out(scene, assess)
+        other = (None if lead is None else back_off(scene, lead)) or reroute(scene, analysis.reason)
+        out = way_out(scene, assess) if other is None and may_leave(scene) else None
         if out is not None:
             return Proposal(out, f"{analysis.reason}: leave the place where no vehicle should stop"), analysis
-        other = (None if lead is None else back_off(scene, lead)) or reroute(scene, analysis.reason)
         return other or Proposal(None, analysis.reason, self._reason_to_wait(scene, result, lead)), analysis
 
     def _holds(self, scene: Scene, best: Candidate) -> bool:

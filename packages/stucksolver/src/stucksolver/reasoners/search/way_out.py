@@ -12,11 +12,22 @@ WAYS_M = (3.0, 6.0, 9.0, 12.0, 16.0, 20.0, 25.0, 30.0, 40.0)
 """Distances to try, forward and in reverse (m). Ours; a plan backs up by 40 m at most."""
 FAST_MPS, SLOW_MPS = 5.5, 2.2
 """Speeds to try (m/s): that of a recovery, and the fastest in reverse."""
+LEAVE_S = 10.0
+"""Time stopped before the ego leaves a zone other than rails (s). Ours: another road is taken before."""
 
 
 def must_leave(scene: Scene) -> bool:
     """True if the ego has stopped on rails. Whatever it waits for, it must not wait there."""
     return scene.ego.zone is ZoneKind.LEVEL_CROSSING and scene.ego.is_slow
+
+
+def may_leave(scene: Scene) -> bool:
+    """True if an ego that has stopped in another zone for a while should leave it, since nothing leads on.
+
+    Not again in the same intervention: it came back, so that somebody else must find a way.
+    """
+    left_before = any(len(attempt.behaviors) == 1 and _is_straight(attempt.behaviors[0]) for attempt in scene.attempts)
+    return scene.guidance is None and scene.ego.stopped_for_s >= LEAVE_S and not left_before
 
 
 def way_out(scene: Scene, assess: PlanAssessor) -> RecoveryPlan | None:
@@ -34,8 +45,14 @@ def way_out(scene: Scene, assess: PlanAssessor) -> RecoveryPlan | None:
 
 def _moves(scene: Scene, name: str) -> list[Behavior]:
     """Return a behavior that drives along the lane on the grid of distances; none for others."""
+    if not _is_straight(name):
+        return []
+    return on_grid(scene, REGISTRY[name], distance_m=WAYS_M, speed_mps=(FAST_MPS, SLOW_MPS))
+
+
+def _is_straight(name: str) -> bool:
+    """True for a behavior that only drives a distance along the lane."""
     kind = REGISTRY.get(name)
     if kind is None or set(kind.model_fields) - {"name"} != {"distance_m", "speed_mps"}:
-        return []
-    straight = kind.stays_behind_blocker and not kind.shifts_laterally and Check.ROADSIDE not in kind.checks
-    return on_grid(scene, kind, distance_m=WAYS_M, speed_mps=(FAST_MPS, SLOW_MPS)) if straight else []
+        return False
+    return kind.stays_behind_blocker and not kind.shifts_laterally and Check.ROADSIDE not in kind.checks
