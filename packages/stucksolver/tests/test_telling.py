@@ -89,11 +89,11 @@ def test_notice_is_withdrawn_when_vehicle_moves_on():
     assert all(e.kind is not EventKind.WAITING for e in seen.events if e.time_s > 36.0)
 
 
-def test_red_light_is_not_reported_before_its_limit():
-    world = standing(red_light_ahead := thing("far", 300.0), controls=(red_light(6.0),))
-    assert red_light_ahead.id == "far"
-    seen = drive(world, 170.0, ladder=stubborn())
-    assert EventKind.WAITING not in seen.kinds()
+def test_red_light_is_reported_to_both_after_50_s():
+    """No notice at each light, but one that stays red is known before anybody asks."""
+    seen = drive(standing(thing("far", 300.0), controls=(red_light(6.0),)), 60.0, ladder=stubborn())
+    told = [(e.notice.to, round(e.time_s)) for e in seen.events if e.kind is EventKind.WAITING]
+    assert told == [("passenger", 50), ("operator", 50)]
 
 
 def test_queue_before_red_light_is_not_reported():

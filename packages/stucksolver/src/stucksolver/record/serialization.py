@@ -62,7 +62,7 @@ SELDOM: Data = {"barred_m": None, "stop_said_s": None, "letting_out": False, "no
 FORMER_LADDER: Data = {
     "hand_back": {"gone_m": 0.0},
     "asking": {"next_step_s": 120.0},
-    "tell": {"passenger_s": NEVER_LONG, "operator_s": NEVER_LONG},
+    "tell": {"passenger_s": NEVER_LONG, "operator_s": NEVER_LONG, "light_s": 180.0},
     "standoff": {"back_off_s": 0.0},
 }
 """Settings with the behavior of earlier versions, for records whose ladder does not have them."""

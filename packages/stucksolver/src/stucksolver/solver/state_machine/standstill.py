@@ -80,7 +80,7 @@ def _is_due(turn: PendingTransition, to: Person, after_s: float, reason: Standst
     if question is not None and question.to == to:
         return False  # the question itself says why
     if _is_for_light(reason, turn.state.scene):
-        after_s = max(after_s, turn.setup.ladder.waits.patience(WaitReason.LIGHT).longest_s)
+        after_s = max(after_s, turn.setup.ladder.tell.light_s)
     told = next(((notice, when) for notice, when in standstill.told if notice.to == to), None)
     if told is None:
         return reason.immovable or turn.now_s - standstill.since_s >= after_s - 1e-6
