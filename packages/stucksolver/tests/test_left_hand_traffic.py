@@ -183,6 +183,15 @@ def test_left_hand_question_names_true_side():
     assert next(e.question for e in asked if e.kind is EventKind.ASKED) == question
 
 
+def test_left_hand_notice_names_true_side():
+    """What the vehicle waits for is said with the side that people see, in the event and in its notice."""
+    world = LeftHandWorld(left_hand(straight_road()), [parked()], sight_m=40.0)
+    told = drive(world, 40.0)
+    notices = [e.notice.reason.text for e in told.events if e.kind is EventKind.WAITING]
+    assert notices and all("on the right" in text and "on the left" not in text for text in notices)
+    assert notices == [e.text for e in told.events if e.kind is EventKind.WAITING]
+
+
 def test_left_hand_record_replays(tmp_path):
     """The record holds what the solver had, and its replay computes the same again."""
     recorder = Recorder(tmp_path)

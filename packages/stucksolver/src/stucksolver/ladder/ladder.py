@@ -72,9 +72,7 @@ class TellSettings(FrozenModel):
     operator_s: float = Field(default=30.0, gt=0, le=NEVER_LONG)
     """Time after the stop by which the operator is informed (s)."""
     light_s: float = Field(default=50.0, gt=0, le=NEVER_LONG)
-    """The same for both at a red light (s). Ours: longer than most lights stay red, and soon enough to ask about one that
-    stays so for good.
-    """
+    """The same for both at a red light (s). Ours: longer than most lights stay red."""
 
 
 class StandoffSettings(FrozenModel):

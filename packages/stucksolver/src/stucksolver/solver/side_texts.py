@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from stucksolver.guard import Verdict
+from stucksolver.guard import RejectReason, Verdict
 from stucksolver.scene.mirror import mirrored_reading, with_sides_swapped
 from stucksolver.solver.events import Event, EventKind
+from stucksolver.solver.notices import Notice
 from stucksolver.solver.questions import Question
 from stucksolver.solver.state_machine.inputs import GuidanceInput
 
@@ -19,7 +20,9 @@ def swapped_event(event: Event) -> Event:
     text = event.text if event.kind in WORDS_OF_PEOPLE else with_sides_swapped(event.text)
     question = None if event.question is None else swapped_question(event.question)
     verdict = None if event.verdict is None else _swapped_verdict(event.verdict)
-    return event.model_copy(update={"text": text, "question": question, "verdict": verdict, "mirrored": True})
+    notice = None if event.notice is None else _swapped_notice(event.notice)
+    texts = {"text": text, "question": question, "verdict": verdict, "notice": notice}
+    return event.model_copy(update={**texts, "mirrored": True})
 
 
 def swapped_question(question: Question) -> Question:
@@ -35,6 +38,16 @@ def swapped_guidance(guidance: GuidanceInput) -> GuidanceInput:
     return replace(guidance, words=guidance.words.model_copy(update={"reading": mirrored_reading(reading)}))
 
 
+def _swapped_notice(notice: Notice) -> Notice:
+    reason = notice.reason
+    reject = None if reason.reject is None else _swapped_reject(reason.reject)
+    texts = {"text": with_sides_swapped(reason.text), "reject": reject}
+    return notice.model_copy(update={"reason": reason.model_copy(update=texts)})
+
+
 def _swapped_verdict(verdict: Verdict) -> Verdict:
-    rejects = tuple(r.model_copy(update={"detail": with_sides_swapped(r.detail)}) for r in verdict.rejects)
-    return verdict.model_copy(update={"rejects": rejects})
+    return verdict.model_copy(update={"rejects": tuple(map(_swapped_reject, verdict.rejects))})
+
+
+def _swapped_reject(reject: RejectReason) -> RejectReason:
+    return reject.model_copy(update={"detail": with_sides_swapped(reject.detail)})
