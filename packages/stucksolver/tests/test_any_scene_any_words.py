@@ -64,7 +64,7 @@ def test_asked_to_overtake_cyclists_passes_or_says_why_not(words):
     assert decision.plan is not None
     assert decision.plan.behaviors[-1].past_object_id in ("near", "far")
     if not Guard().accept(list(decision.plan.behaviors), cyclists().view(), True)[0].accepted:
-        assert "bicycle" in decision.rationale
+        assert "near" in decision.rationale or "far" in decision.rationale
 
 
 def test_without_words_the_cyclists_are_followed():

@@ -14,8 +14,8 @@ from stucksolver.plan.behaviors import TurnAround
 from stucksolver.scene import CandidateWaypoint, FailedAttempt, ObjectKind, PlanFailure
 from stucksolver.solver.state_machine.execution import Execution
 from stucksolver.solver.state_machine.execution_steps import ExecutionOutcome
-from test_closed_road import row
 from test_guard_turning import WIDE, road_of
+from test_other_roads import row
 from worlds import World, searched, straight_road, thing
 
 K = ObjectKind

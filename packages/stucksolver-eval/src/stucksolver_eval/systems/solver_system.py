@@ -6,8 +6,7 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from stucksolver.ladder import Person
-from stucksolver.ladder.rung_actions import FIRST_REASONER
+from stucksolver.ladder import FIRST_REASONER, Person
 from stucksolver.plan import Directive, SafeStop
 from stucksolver.record import Recorder
 from stucksolver.solver import Event, EventKind, Question, QuestionError, StuckSolver

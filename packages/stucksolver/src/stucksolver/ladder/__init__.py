@@ -10,10 +10,20 @@ from stucksolver.ladder.ladder_file import (
     profile,
     profile_text,
 )
-from stucksolver.ladder.rung_actions import AskPerson, AskReasoner, CallAssistance, CheckForWait, Move, Person, Resume
+from stucksolver.ladder.rung_actions import (
+    FIRST_REASONER,
+    AskPerson,
+    AskReasoner,
+    CallAssistance,
+    CheckForWait,
+    Move,
+    Person,
+    Resume,
+)
 from stucksolver.ladder.waits import WaitLimit, WaitPolicy
 
 __all__ = [
+    "FIRST_REASONER",
     "PROFILES",
     "Approval",
     "AskPerson",
