@@ -129,6 +129,26 @@ def test_search_aborted_plan_is_not_proposed_again_at_once():
     assert decide(world, attempts=(failed,)).plan != first
 
 
+def test_search_without_a_plan_is_not_repeated_while_nothing_changes():
+    """It is repeated after ten seconds, and when something stationary moves. Traffic does not matter."""
+    reasoner, road = SearchReasoner(), straight_road(oncoming=None)
+
+    def checks(*objects, time_s):
+        world = World(road, list(objects))
+        scene = world.scene().model_copy(update={"time_s": time_s})
+        ego, seen = scene.ego.model_copy(update={"stopped_for_s": 15.0}), preview(world)
+        decision = reasoner.decide(ReasonerRequest(scene.model_copy(update={"ego": ego}), assess=seen.assess)).decision
+        assert decision.plan is None and "lead" in decision.rationale
+        return seen.checks
+
+    lead = car_ahead(6.0)
+    assert checks(lead, time_s=0.0) > 0
+    assert checks(lead, time_s=2.0) == 0
+    assert checks(lead, thing("passer", 90.0, 3.5, speed=-8.0), time_s=4.0) == 0
+    assert checks(car_ahead(7.0), time_s=6.0) > 0
+    assert checks(car_ahead(7.0), time_s=17.0) > 0
+
+
 def test_search_is_deterministic():
     world = World(ROAD, [car_ahead(3.0)])
     assert decide(world) == decide(world)

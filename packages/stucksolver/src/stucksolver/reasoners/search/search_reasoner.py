@@ -28,6 +28,7 @@ from stucksolver.reasoners.reasoner import ReasonerAnswer, ReasonerRequest, Reas
 from stucksolver.reasoners.search.binding_constraint import binding_constraint, in_words
 from stucksolver.reasoners.search.plan_search import Candidate, PlanSearch, SearchResult
 from stucksolver.reasoners.search.reroute import new_route, reroute
+from stucksolver.reasoners.search.search_memory import SearchMemory
 from stucksolver.reasoners.search.way_out import may_leave, must_leave, way_out
 from stucksolver.scene import MOTOR_VEHICLES, REQUESTS, RejectCode, Scene, SceneObject
 from stucksolver.scene.own_path import nearest_ahead
@@ -44,9 +45,12 @@ class SearchReasoner:
 
     def __init__(self, limits: WaitLimits | None = None) -> None:
         self._limits = limits or WaitLimits()
+        self._memory = SearchMemory()
 
     def decide(self, request: ReasonerRequest) -> ReasonerAnswer:
         """Return the decision that follows from the scene and the guard's assessments. Deterministic.
+
+        A search without a plan is repeated after ten seconds, or when something that is stationary or seen changes.
 
         In unknown surroundings no plan can be checked, and none is proposed.
         """
@@ -92,7 +96,8 @@ class SearchReasoner:
         if asked is GuidanceIntent.OVERTAKE and overtaken is None:
             return Proposal(None, "there is nothing ahead to overtake"), analysis
         passes = None if overtaken is None else overtaken.id
-        result = PlanSearch(scene, assess, _filter(scene, asked), passes).run()
+        search = PlanSearch(scene, assess, _filter(scene, asked), passes)
+        result = self._memory.recall(scene, search.run, (asked, passes))
         analysis = _explained(analysis, scene, result)
         if result.best is not None and not self._holds(scene, result.best):
             return Proposal(result.best.plan, _says(result.best)), analysis
