@@ -15,7 +15,7 @@ from chat_server import Fault, available_in, call, scene_of
 
 from stucksolver.ladder import PROFILES
 from stucksolver.ladder import profile as ladder_profile
-from stucksolver.ladder.rungs import ModelRung, RulesRung
+from stucksolver.ladder.rungs import ModelRung, ReasonerRung
 from stucksolver.plan.behaviors import BorrowOncomingLane, ChangeLane
 from stucksolver.reasoners import ReasonerError, ReasonerRequest
 from stucksolver.scene import CameraImage, Guidance, LineKind
@@ -364,7 +364,7 @@ EXCHANGE_S = 2.8
 
 @pytest.mark.parametrize("profile", PROFILES)
 def test_deadline_of_the_rung_allows_every_check_and_the_decision(profile):
-    rungs = [rung for rung in ladder_profile(profile).rungs if isinstance(rung, RulesRung | ModelRung)]
+    rungs = [rung for rung in ladder_profile(profile).rungs if isinstance(rung, ReasonerRung | ModelRung)]
     needed = (ModelSettings().checks + 1) * EXCHANGE_S
     assert [rung.deadline_s >= needed for rung in rungs] == [True, True]
     assert ModelSettings().deadline_s >= needed and ModelRung().deadline_s >= needed

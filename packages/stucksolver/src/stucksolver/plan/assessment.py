@@ -55,7 +55,7 @@ class PlanAssessment(FrozenModel):
         oncoming_m: Length of the paths in oncoming lanes (m).
         leaves_zone: True if the ego's body touches a zone now and none at the end.
         gap_m: Smallest gap to a stationary object on these paths (m); None without one, and before a path is proven.
-        gap_margin_m: Smallest excess of such a gap over the required one, where the ego comes nearer than it is now (m).
+        gap_margin_m: Smallest excess of such a gap over the required one, where the ego comes nearer than now (m).
         sight_margin_m: Smallest excess of the sight distance of a pass through an oncoming lane (m); None without one.
         passed: Ids of the objects ahead that are behind the ego at the end, if moving ones keep their speed.
     """

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from stucksolver.plan.assessment import PlanAssessment, Shortfall
 from stucksolver.plan.behaviors import Behavior
 from stucksolver.plan.decision import RecoveryPlan
@@ -20,8 +22,13 @@ def plan_text(plan: RecoveryPlan) -> str:
 
 def behavior_text(behavior: Behavior) -> str:
     """Return a behavior with its values in the order of its parameters."""
-    values = [value for name, value in behavior.model_dump(mode="json").items() if name != "name"]
-    return f"{behavior.name}({', '.join(map(_value, values))})"
+    return values_text(behavior.model_dump(mode="json"))
+
+
+def values_text(behavior: Mapping[str, object]) -> str:
+    """Return the same for the JSON form of a behavior, such as the plan of a failed attempt."""
+    values = [value for name, value in behavior.items() if name != "name"]
+    return f"{behavior.get('name')}({', '.join(map(_value, values))})"
 
 
 def assessment_text(assessment: PlanAssessment) -> str:

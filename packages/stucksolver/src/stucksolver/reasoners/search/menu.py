@@ -1,7 +1,7 @@
 """The menu of a query: what the search found, for a reasoner that chooses instead of inventing.
 
-Every plan of it was assessed by the guard. The reasoner may choose one by its letter, or propose another plan; either is
-judged again when the answer arrives.
+Every plan of it was assessed by the guard. The reasoner may choose one by its letter, or propose another plan; either
+is judged again when the answer arrives.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 from stucksolver.plan import GuidanceIntent, RecoveryPlan, plan_matches_intent
 from stucksolver.plan.assessment import PlanAssessment, PlanAssessor
+from stucksolver.plan.behaviors import Behavior
 from stucksolver.plan.mirror import mirrored_plan
 from stucksolver.plan.plan_text import assessment_text, plan_text
 from stucksolver.reasoners.search.plan_search import Candidate, PlanSearch
@@ -23,8 +24,8 @@ from stucksolver.scene.own_path import nearest_ahead
 LETTERS = "ABCDEF"
 """Letters of the plans. There are no more plans than letters. The number is the issue's."""
 NEARLY_M = 30.0
-"""A plan that is further from being accepted is not listed (m, as `shortfall_m` weighs it). Ours: a meter of room, or 150
-m of sight.
+"""A plan that is further from being accepted is not listed (m, as `shortfall_m` weighs it). Ours: a meter of room, or
+150 m of sight.
 """
 OVERTAKEN_M = 45.0
 """A passenger may ask to overtake a vehicle up to this distance ahead (m), as in `search_reasoner`."""
@@ -67,8 +68,8 @@ def plan_menu(scene: Scene, assess: PlanAssessor, most: int = len(LETTERS)) -> t
     """Return up to six plans: those that the guard accepts now, then those that it nearly accepts. Deterministic.
 
     A plan is nearly accepted if traffic or a person's approval is all that is missing, or if the amount of everything
-    else that is missing is known and small. Of plans that differ in numbers only, the best one is listed, and of refused
-    plans with the same last behavior the one that lacks the least.
+    else that is missing is known and small. Of plans that differ in numbers only, the best one is listed, and of
+    refused plans with the same last behavior the one that lacks the least.
 
     Args:
         scene: The scene of the query.
@@ -111,11 +112,23 @@ def _is_near(assessment: PlanAssessment) -> bool:
 def _different(candidates: Iterable[Candidate]) -> list[Candidate]:
     """Return the first possible plan of each sequence of behaviors, and the first refused one of each last behavior.
 
-    Behaviors differ if their sides or objects do, and not if only their numbers do.
+    Behaviors differ if their sides or objects do, and not if only their numbers do. A refused plan is of no use beside
+    a possible one that ends alike.
     """
     kept: dict[tuple[object, ...], Candidate] = {}
+    ends: set[tuple[object, ...]] = set()
     for candidate in candidates:
-        steps = candidate.plan.behaviors if candidate.possible else candidate.plan.behaviors[-1:]
-        values = (value for behavior in steps for value in behavior.model_dump().values())
-        kept.setdefault(tuple(value for value in values if not isinstance(value, float)), candidate)
+        steps, end = _kinds(candidate.plan.behaviors), _kinds(candidate.plan.behaviors[-1:])
+        if candidate.possible and steps not in kept:
+            kept[steps] = candidate
+            ends.add(end)
+        elif not candidate.possible and end not in ends:
+            kept[end] = candidate
+            ends.add(end)
     return list(kept.values())
+
+
+def _kinds(behaviors: Iterable[Behavior]) -> tuple[object, ...]:
+    """Return the names, sides and objects of behaviors, without their numbers."""
+    values = (value for behavior in behaviors for value in behavior.model_dump().values())
+    return tuple(value for value in values if not isinstance(value, float))
