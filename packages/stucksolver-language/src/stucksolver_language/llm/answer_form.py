@@ -17,15 +17,23 @@ CAN, CANNOT = "S2.1:", "S2.1:no:"
 HELD, IMMOBILIZED = "S2.4:", "S2.5:"
 """Prefixes of the conclusion without guidance: what holds the ego, or what immobilizes it."""
 AT_DESTINATION, MOVING = "S2.2", "S2.3"
+_REASONS = [r.value for r in WaitReason if r not in (WaitReason.AT_DESTINATION, WaitReason.NO_SAFE_WAY)]
+_CAUSES = [cause.value for cause in CauseCode]
+_INTENTS = [intent.value for intent in GuidanceIntent]
 CONCLUSIONS = (
     AT_DESTINATION,
     MOVING,
-    *(HELD + r.value for r in WaitReason if r not in (WaitReason.AT_DESTINATION, WaitReason.NO_SAFE_WAY)),
-    *(IMMOBILIZED + cause.value for cause in CauseCode),
-    *(CAN + intent.value for intent in GuidanceIntent),
-    *(CANNOT + intent.value for intent in GuidanceIntent),
+    *(HELD + reason for reason in _REASONS),
+    *(IMMOBILIZED + cause for cause in _CAUSES),
+    *(CAN + intent for intent in _INTENTS),
+    *(CANNOT + intent for intent in _INTENTS),
 )
 """Codes of the second step of the short chain: the question that is answered with yes, and the reason."""
+CONCLUSIONS_TEXT = (
+    f"{AT_DESTINATION}, {MOVING}, {HELD}({'|'.join(_REASONS)}), {IMMOBILIZED}({'|'.join(_CAUSES)}), "
+    f"{CAN}({'|'.join(_INTENTS)}) or {CANNOT} with the same"
+)
+"""The same codes in words."""
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from stucksolver.plan.behaviors import REGISTRY
 from stucksolver.reasoners.search.menu import MenuItem
 from stucksolver.scene import Scene
 from stucksolver.scene.mirror import mirrored_scene, with_sides_swapped
-from stucksolver_language.llm.answer_form import CONCLUSIONS, USUAL_FORM, AnswerForm, form_of
+from stucksolver_language.llm.answer_form import CONCLUSIONS_TEXT, USUAL_FORM, AnswerForm, form_of
 from stucksolver_language.llm.chat import Message, Tool
 from stucksolver_language.llm.menu_text import menu_lines
 from stucksolver_language.llm.offered_behaviors import available, known_behaviors, signature
@@ -91,7 +91,7 @@ FORM_SHORT = f"""
 
 Answer with one JSON object and nothing else, in this order: choice, behaviors (a list for own, else null), S1 (a list \
 of codes), S2 (a code), why.
-S2 is one of {" ".join(CONCLUSIONS)}
+S2 is {CONCLUSIONS_TEXT}
 """
 """The same for the short form."""
 
