@@ -27,7 +27,7 @@ from stucksolver.scene.frenet_scene import FrenetScene
 from stucksolver.scene.scene_builder import build_scene
 from stucksolver.solver.state_machine.plan_preview import PlanPreview
 from stucksolver_language.llm import parse_answer
-from stucksolver_language.llm.answer_form import HELD, IMMOBILIZED, NONE, OWN, AnswerForm
+from stucksolver_language.llm.answer_form import HELD, IMMOBILIZED, NONE, AnswerForm
 from stucksolver_language.llm.prompt import messages
 from stucksolver_language.llm.tool_schema import MOST_CODES, MOST_PARTICIPANTS, SHORT_TEXT, decide_tool
 
@@ -59,7 +59,7 @@ def run(smoke: bool) -> dict[str, float]:
             if parse_answer(answer, scene, plans).plan != decision.plan:
                 raise ValueError(f"the parser reads another plan from the form {name}")
             turns = messages(scene, form, listed)
-            schema = json.dumps(decide_tool(scene, form).parameters, separators=(",", ":"))
+            schema = json.dumps(decide_tool(scene, form).parameters)
             texts = {"fixed": turns[0].text, "scene": turns[1].text, "schema": schema, "answer": answer}
             for part, text in texts.items():
                 sizes.setdefault(f"chars_{name}_{part}", []).append(len(text))
@@ -86,8 +86,7 @@ def _short(decision: Decision, letter: str | None, behaviors: list[Any] | None) 
     wait = analysis.wait.value if analysis.wait is not None else "queue"
     cause = analysis.cause.value if analysis.cause is not None else "unknown"
     return {
-        "choice": letter or (NONE if behaviors is None else OWN),
-        "behaviors": behaviors,
+        "choice": letter or behaviors or NONE,
         "S1": [p.object_id for p in decision.observation.participants[:MOST_CODES]],
         "S2": IMMOBILIZED + cause if analysis.immobilized else HELD + wait,
         "why": analysis.reason[:SHORT_TEXT],

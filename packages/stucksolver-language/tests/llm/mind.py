@@ -99,8 +99,7 @@ def short_answer(text: str, behaviors: list[str]) -> dict[str, Any]:
     listed = ITEM.search(text)
     letter = listed["letter"] if listed and plan else None
     return {
-        "choice": letter or ("own" if plan else "none"),
-        "behaviors": None if letter else plan,
+        "choice": letter or plan or "none",
         "S1": [o["id"] for o in seen.objects[:4]] + [f"light:{c['state']}" for c in seen.controls if c["state"]][:1],
         "S2": _conclusion(long["analysis"], seen),
         "why": long["analysis"]["reason"][:120],

@@ -29,7 +29,6 @@ MENU = {"A": PLAN, "B": RecoveryPlan(behaviors=(Creep(distance_m=2.0, speed_mps=
 def short(**update):
     data = {
         "choice": "A",
-        "behaviors": None,
         "S1": ["car"],
         "S2": "S2.5:parked_vehicle",
         "why": "A parked car blocks us.",
@@ -74,12 +73,15 @@ def test_letter_with_behaviors_is_an_error(answer):
         parse_answer(answer(behaviors=own), SCENE, MENU)
 
 
-def test_own_plan_is_read_in_the_short_form():
+def test_own_plan_is_a_list_in_place_of_the_letter():
     own = [{"name": "creep", "distance_m": 2.0, "speed_mps": 1.0}]
-    assert parse_answer(short(choice="own", behaviors=own), SCENE, MENU).plan == MENU["B"]
-    for wrong in ({"choice": "own"}, {"choice": "none", "behaviors": own}):
-        with pytest.raises(AnswerError, match="behaviors must be a list if choice is own"):
-            parse_answer(short(**wrong), SCENE, MENU)
+    assert parse_answer(short(choice=own), SCENE, MENU).plan == MENU["B"]
+    assert parse_answer(short(choice=own), SCENE).plan == MENU["B"]
+    for wrong in ([], None, own * 7, [{"name": "fly"}], 3, {"A": 1}):
+        with pytest.raises(AnswerError):
+            parse_answer(short(choice=wrong), SCENE, MENU)
+    with pytest.raises(AnswerError, match="choice is none"):
+        parse_answer(short(choice="none", behaviors=own), SCENE, MENU)
 
 
 def test_none_with_a_reason_to_wait_is_no_plan():
@@ -105,6 +107,36 @@ def test_every_code_of_the_schema_can_be_read(code):
 def test_code_of_a_question_that_was_not_asked_is_an_error():
     with pytest.raises(AnswerError, match=r"S2: 'S2\.1:overtake' is no code for S2\.2"):
         parse_answer(short(S2="S2.1:overtake"), SCENE, MENU)
+
+
+PLAN_TEXT = '[{"name": "creep", "distance_m": 2, "speed_mps": 1}]'
+
+
+@pytest.mark.parametrize(
+    "form",
+    [
+        "```json\n{}\n```",
+        "I choose this: {} Good luck.",
+        "<think>maybe B</think>{}",
+        '<tool_call>{{"name": "decide", "arguments": {}}}</tool_call>',
+    ],
+)
+def test_short_form_is_found_in_what_stands_around_it(form):
+    assert parse_answer(form.format(short()), SCENE, MENU).plan == PLAN
+
+
+@pytest.mark.parametrize("choice", ["A", PLAN_TEXT])
+def test_short_form_is_read_from_calls_written_as_text(choice):
+    """Python's notation, and an element for each argument."""
+    quoted = f'"{choice}"' if choice == "A" else choice
+    fields = {"choice": choice, "S1": '["car"]', "S2": "S2.5:parked_vehicle", "why": "A parked car."}
+    python = f'[decide(choice={quoted}, S1=["car"], S2="S2.5:parked_vehicle", why="A parked car.")]'
+    tags = "".join(f"<parameter={name}>{value}</parameter>" for name, value in fields.items())
+    elements = "".join(f"<{name}>{value}</{name}>" for name, value in fields.items())
+    for text in (python, f"<function=decide>{tags}</function>", f"<tool_call>decide{elements}</tool_call>"):
+        decision = parse_answer(text, SCENE, MENU)
+        assert decision.plan == (PLAN if choice == "A" else MENU["B"]), text
+        assert decision.observation.participants[0].object_id == "car"
 
 
 # ---- the observation
@@ -195,7 +227,7 @@ def test_reasoner_with_menu_off_neither_searches_nor_offers_letters():
     LanguageModelReasoner(chat, form=AnswerForm(menu=False)).decide(request_of())
     (system, user), (tool,) = chat.asked[0]
     assert "plans that the guard has checked" not in user.text and "letter" not in system.text
-    assert tool.parameters["properties"]["choice"]["enum"] == ["own", "none"]
+    assert tool.parameters["properties"]["choice"]["anyOf"][0]["enum"] == ["none"]
 
 
 def test_whole_plan_is_checked_for_the_model():

@@ -409,7 +409,7 @@ def test_server_small_context_fails_preflight(server, entry, context):
 
 def test_server_sufficient_context_gives_no_note(server):
     """A context that is large enough for the prompt gives no note."""
-    server.models = [{"id": MODEL, "max_model_len": 4200}, {"id": "other", "max_model_len": 512}]
+    server.models = [{"id": MODEL, "max_model_len": 5200}, {"id": "other", "max_model_len": 512}]
     assert asking(server).preflight() == ()
 
 

@@ -10,8 +10,8 @@ from stucksolver.plan import CauseCode, GuidanceIntent, WaitReason
 from stucksolver.reasoners.search.menu import LETTERS
 
 Chain = Literal["short", "long"]
-OWN, NONE = "own", "none"
-"""Choices beside the letters of a menu: a plan of the model's own, and no plan."""
+NONE = "none"
+"""Choice of no plan. Other choices are the letters of a menu, and a list of behaviors: a plan of the model's own."""
 CAN, CANNOT = "S2.1:", "S2.1:no:"
 """Prefixes of the conclusion about guidance: what is asked can be done, or cannot."""
 HELD, IMMOBILIZED = "S2.4:", "S2.5:"
@@ -58,5 +58,5 @@ def form_of(parameters: Mapping[str, Any]) -> AnswerForm:
     """Return the form of a function's schema, as `tool_schema.decide_tool` writes it."""
     fields = parameters["properties"]
     if "choice" in fields:
-        return AnswerForm(menu="A" in fields["choice"]["enum"], chain="short")
+        return AnswerForm(menu="A" in fields["choice"]["anyOf"][0]["enum"], chain="short")
     return AnswerForm(menu="choice" in fields["decision"]["properties"], chain="long")

@@ -18,7 +18,7 @@ from stucksolver.reasoners.reasoner import PARSERS, Menu, ReasonerError
 from stucksolver.scene import Scene
 from stucksolver.scene.base_model import FrozenModel
 from stucksolver_language.llm import long_answer, short_answer
-from stucksolver_language.llm.answer_form import NONE, OWN
+from stucksolver_language.llm.answer_form import NONE
 from stucksolver_language.llm.chain_consistency import wrong_chain
 from stucksolver_language.llm.json_extraction import NoJsonError, extract_json
 from stucksolver_language.llm.long_answer import LongAnalysis, LongAnswer
@@ -62,7 +62,7 @@ def parse_answer(text: str, scene: Scene, menu: Menu = NO_MENU, *, chain: bool =
     data = _extracted(text)
     fields = json.loads(data)
     short = isinstance(fields, dict) and "choice" in fields and "decision" not in fields
-    decision, letter = _short(data, scene, menu) if short else _long(data, scene, menu, chain)
+    decision, letter = _short(fields, scene, menu) if short else _long(data, scene, menu, chain)
     if scene.mirrored:
         # The model got the scene as it is in the image.
         decision = mirrored_decision(decision)
@@ -90,13 +90,15 @@ PARSERS[FORMAT_2] = _without_menu
 PARSERS[FORMAT_1] = partial(_without_menu, chain=False)
 
 
-def _short(data: str, scene: Scene, menu: Menu) -> tuple[Decision, str | None]:
+def _short(data: dict[str, Any], scene: Scene, menu: Menu) -> tuple[Decision, str | None]:
     """Return the decision of the short form, and the letter of its plan. Raises `AnswerError`."""
-    answer = _validated(ShortAnswer, data)
-    letter = None if answer.choice in (OWN, NONE) else answer.choice
+    answer = _validated(ShortAnswer, json.dumps(short_answer.fields_of(data)))
+    letter = None if answer.choice == NONE else answer.choice
     wrong = _wrong_letter(letter, menu, answer.behaviors is not None)
-    if letter is None and (answer.choice == OWN) != (answer.behaviors is not None):
-        wrong.append("behaviors must be a list if choice is own, and null otherwise")
+    if answer.choice == NONE and answer.behaviors is not None:
+        wrong.append("choice is none, so there must be no behaviors")
+    if answer.choice is None and answer.behaviors is None:
+        wrong.append("choice must be a letter, none, or a list of behaviors")
     wrong += _wrong_behaviors(answer.behaviors or (), scene)
     try:
         observation, analysis = short_answer.observation_of(answer, scene), short_answer.analysis_of(answer, scene)

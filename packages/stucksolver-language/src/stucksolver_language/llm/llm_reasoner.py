@@ -124,7 +124,7 @@ class LanguageModelReasoner:
         """Check the model with one short query that counts toward no budget, as the solver requires before a drive."""
         notes = preflight_model(self.model, form=self.form)
         takes = self._takes()
-        cost = None if takes is None else cost_note(self.usage_limits, takes.pictures)
+        cost = None if takes is None else cost_note(self.usage_limits, takes.pictures, self.form.chain)
         return notes if cost is None else (*notes, f"{self.model.name} {cost}")
 
     def decide(self, request: ReasonerRequest) -> ReasonerAnswer:

@@ -37,10 +37,10 @@ BUSY_PAUSE_S = 2.0
 """Shortest pause before a busy server is queried again (s). Ours."""
 PROBE_TOKENS = 32
 """Limit of an answer (tokens). The first key of the schema takes four; some providers refuse a limit below 16. Ours."""
-PROMPT_TOKENS, SCHEMA_TOKENS = 2_300, 3_200
+PROMPT_TOKENS, SCHEMA_TOKENS = 3_300, 3_500
 """Upper bounds on the tokens of the messages and of the schema, which some dialects put into the prompt.
 
-Measured with SmolLM2's encoding: 2,280 for a scene with 20 objects, and 3,111.
+Measured with SmolLM2's encoding: 3,260 for 20 objects, a menu of three plans and three failed plans, and 3,463.
 """
 CONTEXT_FIELDS = ("max_model_len", "context_length", "context_window", "n_ctx")
 """Fields that state the context in lists of models: vLLM, OpenRouter, Groq, llama.cpp (under `meta`)."""

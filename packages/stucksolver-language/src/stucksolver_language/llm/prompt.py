@@ -57,7 +57,7 @@ leaves the route; route_start then names where the new route begins.
 
 SHORT = """
 Decide first, then give the reasons in short:
-choice: {letter}own with behaviors in order, or none when waiting is right or nothing is safe.
+choice: {letter}a list of behaviors in order, or none when waiting is right or nothing is safe.
 S1, what matters, as codes: the id of an object (id:kind if the image shows another kind), light:STATE, stop_sign, \
 sign:WORD, work_zone, seen:KIND@BEARING~DISTANCE for what only the image shows (degrees, left positive; m).
 S2, the conclusion, as a code. Without guidance the first that holds: S2.2 at the destination, S2.3 moving along the \
@@ -89,8 +89,8 @@ route_start (null unless replan_route)
 
 FORM_SHORT = f"""
 
-Answer with one JSON object and nothing else, in this order: choice, behaviors (a list for own, else null), S1 (a list \
-of codes), S2 (a code), why.
+Answer with one JSON object and nothing else, in this order: choice (a letter, none, or a list of behaviors), S1 (a \
+list of codes), S2 (a code), why.
 S2 is {CONCLUSIONS_TEXT}
 """
 """The same for the short form."""
@@ -148,8 +148,9 @@ def form_text(tool: Tool) -> str:
     if tool.name != DECIDE:
         return ""
     form = form_of(tool.parameters)
-    without = FORM.replace("choice (a letter of the plans listed, else null), ", "")
-    return FORM_SHORT if form.chain == "short" else FORM if form.menu else without
+    if form.chain == "short":
+        return FORM_SHORT if form.menu else FORM_SHORT.replace("a letter, none, or", "none, or")
+    return FORM if form.menu else FORM.replace("choice (a letter of the plans listed, else null), ", "")
 
 
 def _tenths(value: float) -> str:

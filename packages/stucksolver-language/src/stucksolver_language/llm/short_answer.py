@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from typing import Any
 
 from pydantic import Field
 
@@ -35,13 +36,22 @@ SIGN_WORDS = {word.value.replace("_", "-"): word for word in SignWord}
 
 
 class ShortAnswer(FrozenModel):
-    """Answer in the short form. The names of the fields are those of the schema."""
+    """Answer in the short form. The names of the fields are those of the schema.
 
-    choice: str
+    The schema has `choice` alone: a letter or `none`, or the list of behaviors, which `fields_of` moves to `behaviors`.
+    """
+
+    choice: str | None
     behaviors: tuple[AnyBehavior, ...] | None = Field(default=None, min_length=1, max_length=MOST_BEHAVIORS)
     S1: tuple[str, ...] = Field(max_length=MOST_CODES)
     S2: str
     why: str
+
+
+def fields_of(data: dict[str, Any]) -> dict[str, Any]:
+    """Return the fields of a `ShortAnswer` for an answer as the schema has it."""
+    own = isinstance(data.get("choice"), list) and "behaviors" not in data
+    return {**data, "choice": None, "behaviors": data["choice"]} if own else data
 
 
 class CodeError(ValueError):

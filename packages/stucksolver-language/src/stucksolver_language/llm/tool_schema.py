@@ -17,7 +17,7 @@ from stucksolver.plan import CauseCode, GuidanceIntent, Intent, WaitReason
 from stucksolver.plan.behaviors import REGISTRY
 from stucksolver.plan.behaviors.registry import describe
 from stucksolver.scene import AvailableBehavior, ControlKind, LaneRelation, LightState, ObjectKind, Scene
-from stucksolver_language.llm.answer_form import CONCLUSIONS, NONE, OWN, USUAL_FORM, AnswerForm
+from stucksolver_language.llm.answer_form import CONCLUSIONS, NONE, USUAL_FORM, AnswerForm
 from stucksolver_language.llm.chat import Tool
 from stucksolver_language.llm.offered_behaviors import known_behaviors
 
@@ -97,10 +97,10 @@ def _decide_tool(behaviors: Sequence[AvailableBehavior], id_length: int, form: A
 
 
 def _short(form: AnswerForm) -> Schema:
+    named = {"type": "string", "enum": [*form.letters, NONE]}
     return _object(
         {
-            "choice": {"type": "string", "enum": [*form.letters, OWN, NONE]},
-            "behaviors": _or_null(_plan()),
+            "choice": {"anyOf": [named, _plan()]},
             "S1": _list({"type": "string", "maxLength": MOST_CODE}, MOST_CODES),
             "S2": {"type": "string", "enum": list(CONCLUSIONS)},
             "why": {"type": "string", "maxLength": SHORT_TEXT},
