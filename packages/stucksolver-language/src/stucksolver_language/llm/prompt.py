@@ -6,6 +6,7 @@ import hashlib
 import json
 import math
 from collections.abc import Sequence
+from typing import get_args
 
 from stucksolver.guard.policy import SpeedPolicy
 from stucksolver.plan import QUESTIONS
@@ -13,7 +14,7 @@ from stucksolver.plan.behaviors import REGISTRY
 from stucksolver.reasoners.search.menu import MenuItem
 from stucksolver.scene import Scene
 from stucksolver.scene.mirror import mirrored_scene, with_sides_swapped
-from stucksolver_language.llm.answer_form import CONCLUSIONS_TEXT, USUAL_FORM, AnswerForm, form_of
+from stucksolver_language.llm.answer_form import CONCLUSIONS_TEXT, USUAL_FORM, AnswerForm, Chain, form_of
 from stucksolver_language.llm.chat import Message, Tool
 from stucksolver_language.llm.menu_text import menu_lines
 from stucksolver_language.llm.offered_behaviors import available, known_behaviors, signature
@@ -54,6 +55,8 @@ waiting is right. S2.5 otherwise it is immobilized: by what?
 3 Decide: {choice}behaviors in order, or null when waiting is right or nothing is safe. replan_route if the plan \
 leaves the route; route_start then names where the new route begins.
 """
+
+LETTER = "the letter of a listed plan (a refused one fails), "
 
 SHORT = """
 Decide first, then give the reasons in short:
@@ -128,9 +131,8 @@ def fixed_text(form: AnswerForm) -> str:
     speeds = SpeedPolicy()
     # Rounded down, as in the search: the guard allows not a hair more.
     caps = {"recovery": _tenths(speeds.recovery_mps), "passing": _tenths(speeds.passing_mps)}
-    letter = "the letter of a plan that is listed, " if form.menu else ""
-    choice = "choice is the letter of a plan that is listed, with behaviors null; otherwise " if form.menu else ""
-    short = form.chain == "short"
+    short, letter = form.chain == "short", LETTER if form.menu else ""
+    choice = f"choice is {LETTER}with behaviors null; otherwise " if form.menu else ""
     work = SHORT.format(letter=letter) if short else LONG.format(choice=choice)
     return ROLE + READING.format(**caps) + work + RULES.format(nothing="none" if short else "null")
 
@@ -169,5 +171,6 @@ def prompt_name() -> str:
 
 def prompt_digest() -> str:
     """Return the digest of the fixed text. It changes with every change of the text."""
-    texts = (ROLE, READING, LONG, SHORT, RULES, FORM, FORM_SHORT, PROSE, json.dumps(QUESTIONS))
+    forms = [AnswerForm(menu, chain) for menu in (True, False) for chain in get_args(Chain)]
+    texts = (*map(fixed_text, forms), FORM, FORM_SHORT, PROSE, json.dumps(QUESTIONS))
     return hashlib.sha256("".join(texts).encode()).hexdigest()[:12]
