@@ -139,7 +139,7 @@ def test_registered_behavior_is_in_descriptions_and_schemas(registered):
 def test_registered_behavior_is_in_the_prompt_and_in_answers(registered):
     scene, empty = blocked_world(66.0, NAME).scene(), World(straight_road(), offers=(*NAMES, NAME)).scene()
     assert f"{NAME}(distance_m 1..3): {EdgeForward.summary}" in system_text(scene)
-    assert NAME in user_text(scene).splitlines()[-1] and NAME not in user_text(empty).splitlines()[-1]
+    assert NAME in user_text(scene).splitlines()[-2] and NAME not in user_text(empty).splitlines()[-2]
     assert decide_tool(scene).parameters["$defs"][NAME]["properties"]["distance_m"]["maximum"] == 3.0
     plan = parse_plan('{"behaviors": [{"name": "edge_forward", "distance_m": 2}]}', scene)
     assert plan.behaviors == (EdgeForward(distance_m=2.0),)
