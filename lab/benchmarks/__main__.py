@@ -12,6 +12,7 @@ NAMES = (
     "driver_ticks",
     "query_overhead",
     "search_latency",
+    "answer_forms",
     "path_search",
     "perception_stages",
     "passenger_clients",

@@ -240,7 +240,8 @@ def _think(request: Request) -> dict[str, Any]:
     if "behaviors available now" not in scene_of(request):
         prose = "response_format" not in request
         return call("decide", BEGUN) if request.get("tools") else said("READY" if prose else BEGUN)
-    text = json.dumps(mind.answer(scene_of(request), available_in(scene_of(request))))
+    form = mind.short_answer if "choice" in schema_of(request)["properties"] else mind.answer
+    text = json.dumps(form(scene_of(request), available_in(scene_of(request))))
     if request.get("tools"):
         return call("decide", text)
     prose = "response_format" not in request

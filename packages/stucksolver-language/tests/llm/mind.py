@@ -13,7 +13,7 @@ from typing import Any
 NUMBER = r"-?\d+(?:\.\d+)?"
 OBJECT = re.compile(
     rf"^(?P<id>\S+) (?P<kind>[a-z_]+) (?P<lane>[a-z_]+) (?P<gap>{NUMBER}|\?) (?P<right>{NUMBER})\.\.(?P<left>{NUMBER}) "
-    rf"(?P<speed>{NUMBER}) (?P<stood>{NUMBER}|\?) \S+\*\S+\*\S+(?P<marks>.*)$",
+    rf"(?P<speed>{NUMBER})/(?P<across>{NUMBER}) (?P<stood>{NUMBER}|\?) \S+\*\S+\*\S+(?P<marks>.*)$",
     re.MULTILINE,
 )
 LANE = re.compile(r"^(?P<id>\S+) (?P<relation>left|right|oncoming|ego) .*$", re.MULTILINE)
@@ -22,6 +22,7 @@ CONTROL = re.compile(
     re.M,
 )
 LIGHT_M = 25.0
+ITEM = re.compile(r"^(?P<letter>[A-F]) [a-z_]+\(.*?: accepted: ", re.M)
 SPOKEN = re.compile(r"^passenger says \S+ s ago: (?P<words>\".*\")$", re.MULTILINE)
 
 
@@ -89,6 +90,29 @@ def answer(text: str, behaviors: list[str]) -> dict[str, Any]:
             "route_start": None,
         },
     }
+
+
+def short_answer(text: str, behaviors: list[str]) -> dict[str, Any]:
+    """The same decision in the short form: the first accepted plan of the menu, if there is one, or its own."""
+    long = answer(text, behaviors)
+    plan, seen = long["decision"]["behaviors"], read(text)
+    listed = ITEM.search(text)
+    letter = listed["letter"] if listed and plan else None
+    return {
+        "choice": letter or plan or "none",
+        "S1": [o["id"] for o in seen.objects[:4]] + [f"light:{c['state']}" for c in seen.controls if c["state"]][:1],
+        "S2": _conclusion(long["analysis"], seen),
+        "why": long["analysis"]["reason"][:120],
+    }
+
+
+def _conclusion(analysis: dict[str, Any], seen: Read) -> str:
+    if seen.words is not None:
+        wish = _wish(seen.words)
+        return f"S2.1:{'no:' if wish == 'unclear' else ''}{wish}"
+    if analysis["wait"]:
+        return f"S2.4:{analysis['wait']}"
+    return f"S2.5:{analysis['cause']}" if analysis["immobilized"] else "S2.3"
 
 
 def _wish(words: str) -> str:

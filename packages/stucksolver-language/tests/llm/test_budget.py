@@ -147,7 +147,7 @@ def test_repair_needs_no_pause(server):
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ((), ["0.022 US dollars a query", "at most about 1.6 US dollars a route"]),
+        ((), ["0.016 US dollars a query", "at most about 1.3 US dollars a route"]),
         (("trip.usd=0.5",), ["at most about 0.5 US dollars a route"]),
         (("trip.queries=off", "trip.tokens=off"), ["without a limit for a route"]),
     ],

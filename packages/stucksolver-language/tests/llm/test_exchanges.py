@@ -77,7 +77,7 @@ def test_a_question_that_was_never_asked_is_a_failure(server, tmp_path):
 def test_a_changed_request_is_found(server, tmp_path):
     record(server, tmp_path, scene())
     path = tmp_path / "exchanges.jsonl"
-    path.write_text(path.read_text(encoding="utf-8").replace("Observe", "Ignore", 1), encoding="utf-8")
+    path.write_text(path.read_text(encoding="utf-8").replace("You never steer", "You steer", 1), encoding="utf-8")
     with pytest.raises(ExchangesError, match=r"line 1.*changed"):
         RecordedChat(tmp_path)
 
@@ -142,7 +142,7 @@ def test_the_next_reasoner_answers_when_the_first_has_none(server):
 def test_reasoners_have_names_on_the_command_line():
     both = make_reasoner("openai:gpt-4o-2024-08-06@http://127.0.0.1:9/v1, search")
     assert [r.name for r in both.reasoners] == [
-        "openai:gpt-4o-2024-08-06@http://127.0.0.1:9/v1 (prompt 7)",
+        "openai:gpt-4o-2024-08-06@http://127.0.0.1:9/v1 (prompt 8)",
         SearchReasoner().name,
     ]
 

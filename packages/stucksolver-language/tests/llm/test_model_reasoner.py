@@ -312,7 +312,7 @@ def test_a_trace_tells_prompt_answers_and_tokens(server):
     trace = asking.decide(ReasonerRequest(scene(image=CameraImage(width=8, height=8, jpeg=JPEG)))).trace
     turns = json.loads(trace.prompt)
     assert "image_sha256" in turns[1] and turns[1]["text"] == scene_of(server.requests[0])
-    assert json.loads(trace.answers[-1])["decision"]["behaviors"]
+    assert json.loads(trace.answers[-1])["choice"]
     assert trace.input_tokens > 100 and trace.output_tokens == 200
 
 

@@ -22,6 +22,8 @@ from stucksolver.scene import (
     SignWord,
 )
 from stucksolver.scene.objects import Gesture
+from stucksolver_language.llm.answer_form import AnswerForm, form_of
+from stucksolver_language.llm.attempt_text import MOST_FAILED, MOST_OUTCOME, failed_lines
 from stucksolver_language.llm.prompt import PROMPT_VERSION, messages, prompt_digest, system_text, user_text
 from stucksolver_language.llm.prompt_parser import read_prompt
 from stucksolver_language.llm.scene_prompt import MOST_CHARACTERS, scene_text
@@ -38,7 +40,7 @@ def scene(count=3, **update):
 
 def test_the_words_belong_to_their_version():
     # Whoever changes the prompt raises PROMPT_VERSION and writes the new digest here.
-    assert (PROMPT_VERSION, prompt_digest()) == (7, "bcf2007267a6")
+    assert (PROMPT_VERSION, prompt_digest()) == (8, "a773bf09fcf0")
 
 
 def test_the_fixed_words_come_first_and_the_scene_last():
@@ -49,7 +51,7 @@ def test_the_fixed_words_come_first_and_the_scene_last():
 
 def test_numbers_are_those_of_the_scene():
     text = scene_text(scene(1))
-    assert "o0 car ego 3.2 -1.9..-0.1 0 30 4.6*1.9*1.5 in-path" in text
+    assert "o0 car ego 3.2 -1.9..-0.1 0/0 30 4.6*1.9*1.5 in-path" in text
     assert "traffic_light red 40 m applies" in text
 
 
@@ -100,7 +102,9 @@ def test_a_scene_is_never_longer_than_its_room(count, words, failures):
     attempts = tuple(FailedAttempt(time_s=0, behaviors=("nudge",), outcome=outcome) for outcome in failures)
     made = scene(count, guidance=Guidance(text=words, time_s=0.0), attempts=attempts)
     mandatory = 5 * 90 + len(json.dumps(words)) + 60
-    assert len(scene_text(made)) <= max(MOST_CHARACTERS, 700 + mandatory) + 30
+    failed = sum(len(line) + 1 for line in failed_lines(made))
+    assert failed <= 20 + MOST_FAILED * (MOST_OUTCOME + 60)
+    assert len(scene_text(made)) - failed <= max(MOST_CHARACTERS, 700 + mandatory) + 30
 
 
 def test_route_starts_are_told_lane_by_lane():
@@ -144,15 +148,32 @@ def objects_in(schema):
             yield from objects_in(value)
 
 
-def test_every_object_of_the_schema_is_strict():
-    for part in objects_in(decide_tool(scene()).parameters):
+@pytest.mark.parametrize("chain", ["short", "long"])
+def test_every_object_of_the_schema_is_strict(chain):
+    for part in objects_in(decide_tool(scene(), AnswerForm(chain=chain)).parameters):
         assert part["additionalProperties"] is False
         assert part["required"] == list(part["properties"])
 
 
-def test_the_chain_comes_in_its_order():
-    parameters = decide_tool(scene()).parameters
+def test_long_schema_has_the_chain_in_its_order():
+    parameters = decide_tool(scene(), AnswerForm(chain="long")).parameters
     assert list(parameters["properties"]) == ["observation", "analysis", "decision"]
+
+
+def test_short_schema_begins_with_the_choice():
+    parameters = decide_tool(scene()).parameters
+    assert list(parameters["properties"]) == ["choice", "S1", "S2", "why"]
+
+
+FORMS = [AnswerForm(menu, chain) for menu in (True, False) for chain in ("short", "long")]
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_schema_says_its_form(form):
+    """Recorded answers are replayed in the form in which they were asked for."""
+    assert form_of(decide_tool(scene(), form).parameters) == form
+    letters = form_of(decide_tool(scene(), form).parameters).letters
+    assert letters == (tuple("ABCDEF") if form.menu else ())
 
 
 def test_schema_is_the_same_in_every_query_of_a_drive():

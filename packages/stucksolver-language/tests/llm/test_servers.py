@@ -26,7 +26,7 @@ from stucksolver_language.llm.capabilities import capabilities_of
 from stucksolver_language.llm.dialects import Dialect
 from stucksolver_language.llm.model_options import ModelOptions
 from stucksolver_language.llm.openai_api import OpenAiChat
-from stucksolver_language.llm.prompt import FORM, messages
+from stucksolver_language.llm.prompt import FORM_SHORT, messages
 from stucksolver_language.llm.tool_schema import MOST_PARTICIPANTS, decide_tool
 from worlds import World, straight_road, thing
 
@@ -68,7 +68,7 @@ def test_a_server_of_ones_own_is_asked_by_schema_first(server):
     assert asking(server).decide(ReasonerRequest(scene())).decision.plan is not None
     request = server.requests[0]
     assert request["response_format"]["json_schema"]["strict"] is True
-    assert "tools" not in request and request["messages"][0]["content"].endswith(FORM)
+    assert "tools" not in request and request["messages"][0]["content"].endswith(FORM_SHORT)
 
 
 @pytest.mark.parametrize(
@@ -409,7 +409,7 @@ def test_server_small_context_fails_preflight(server, entry, context):
 
 def test_server_sufficient_context_gives_no_note(server):
     """A context that is large enough for the prompt gives no note."""
-    server.models = [{"id": MODEL, "max_model_len": 4200}, {"id": "other", "max_model_len": 512}]
+    server.models = [{"id": MODEL, "max_model_len": 5200}, {"id": "other", "max_model_len": 512}]
     assert asking(server).preflight() == ()
 
 

@@ -37,6 +37,7 @@ def run(options: argparse.Namespace) -> int:
     print(f"prompt version {prompt_name()}")
     for turn in turns:
         print(f"\n--- {turn.role}\n{turn.text}")
+    print("[the plans that the search finds are listed here in a drive: they need the surroundings and the guard]")
     if scene.image is not None:
         print(f"[front camera, {scene.image.width}x{scene.image.height}, {len(scene.image.jpeg)} bytes of JPEG]")
     print(f"\n--- function {tool.name}: {tool.description}\n{json.dumps(tool.parameters, separators=(',', ':'))}")

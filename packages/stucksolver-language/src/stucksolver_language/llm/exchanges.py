@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from stucksolver.privacy.private_files import append, write_once
+from stucksolver_language.llm.answer_form import USUAL_FORM, AnswerForm, form_of
 from stucksolver_language.llm.chat import (
     ChatModel,
     ChatReply,
@@ -24,6 +25,7 @@ from stucksolver_language.llm.chat import (
     TransientReasonerError,
     Usage,
 )
+from stucksolver_language.llm.tool_schema import DECIDE
 
 TRANSIENT, PERMANENT = "TryAgain", "GiveUp"
 """How stored exchanges name the two kinds of error."""
@@ -104,6 +106,8 @@ class RecordedChat:
         first = next((line for lines in self._answers.values() for line in lines), None)
         self.model = str(first["model"]) if first else "nothing"
         self.name = f"recorded:{folder.name} of {self.model}"
+        self.form = _form(first)
+        """Form of the recorded answers: the same queries are made again."""
 
     def chat(
         self, messages: Sequence[Message], tools: Sequence[Tool], must_call: str | None, limit_s: float
@@ -170,6 +174,15 @@ def _load(folder: Path) -> dict[str, deque[dict[str, Any]]]:
             entry = _entry(line, f"{path}, line {number}")
             answers[entry["key"]].append(entry)
     return answers
+
+
+def _form(line: dict[str, Any] | None) -> AnswerForm:
+    """Return the form of the answers that an exchange asks for. Other exchanges than ours have the usual one."""
+    try:
+        tools = [] if line is None else line["request"]["tools"]
+        return next(form_of(tool["parameters"]) for tool in tools if tool["name"] == DECIDE)
+    except (KeyError, TypeError, StopIteration):
+        return USUAL_FORM
 
 
 def _entry(line: str, where: str) -> dict[str, Any]:

@@ -23,12 +23,14 @@ MOST_CHARACTERS = 40_000
 """Longest answer that is read (characters), without thoughts. Ours: about 25 times a normal answer."""
 MOST_WITH_THOUGHTS = 1_000_000
 """Longest text in which thoughts are separated from the answer (characters). Ours."""
-OF_AN_ANSWER = frozenset({"decision", "behaviors", "ready"})
+OF_AN_ANSWER = frozenset({"decision", "behaviors", "choice", "ready"})
 DEEPEST_WRAPPING = 6
 """Deepest nesting of objects, lists and encoded texts around the arguments that is unwrapped. Ours."""
 NAMES = ("name", "tool_name", "tool", "recipient_name", "action", "function")
 """Fields that name the function of a call written as an object."""
-NESTED = re.compile(r"observation|analysis|decision|steps|controls|participants|behaviors|S\d\.\d")
+NESTED = re.compile(
+    r"observation|analysis|decision|steps|controls|participants|signs|picture_only|behaviors|S1|S\d\.\d"
+)
 """Fields that hold an object or a list. A text in their place is JSON that was encoded twice."""
 SURROGATES = re.compile("[\ud800-\udfff]")
 """Halves of characters. No file can store them."""

@@ -6,12 +6,12 @@ import threading
 import time
 from dataclasses import dataclass, field
 
-from stucksolver.plan import Decision
-from stucksolver.query_budget import QueryBudget
-from stucksolver.reasoners.reasoner import PlanCheck, ReasonerAnswer, ReasonerError, ReasonerRequest, ReasonerTrace
+from stucksolver.plan import Decision, RecoveryPlan
+from stucksolver.reasoners.reasoner import OfferedPlan, ReasonerAnswer, ReasonerError, ReasonerRequest, ReasonerTrace
+from stucksolver.reasoners.search.menu import MenuItem, plan_menu
 from stucksolver.scene import Scene
-from stucksolver.scene.mirror import with_sides_swapped
-from stucksolver_language.llm.answer_parser import FORMAT, AnswerError, parse_answer, parse_plan
+from stucksolver_language.llm.answer_form import USUAL_FORM, AnswerForm
+from stucksolver_language.llm.answer_parser import FORMAT, AnswerError, parse_answer
 from stucksolver_language.llm.capabilities import ServerCapabilities
 from stucksolver_language.llm.chat import (
     ChatModel,
@@ -26,6 +26,7 @@ from stucksolver_language.llm.chat import (
 )
 from stucksolver_language.llm.model_families import MOST_TOKENS
 from stucksolver_language.llm.model_options import ModelOptions
+from stucksolver_language.llm.plan_checks import checked_words
 from stucksolver_language.llm.preflight import preflight_model
 from stucksolver_language.llm.prompt import PROMPT_VERSION, messages
 from stucksolver_language.llm.reply_selection import chosen
@@ -63,14 +64,13 @@ class ModelSettings:
 class _Query:
     """One decision in progress."""
 
-    scene: Scene
+    request: ReasonerRequest
+    menu: tuple[MenuItem, ...] | None
     turns: list[Message]
     began: float
     limit_s: float
-    check: PlanCheck | None
     checks_left: int
     repairs_left: int
-    budget: QueryBudget | None
     answers: list[str] = field(default_factory=list)
     usage: Usage | None = None
     model: str | None = None
@@ -78,6 +78,18 @@ class _Query:
     """False if an image existed but was not sent."""
     notes_before: int = 0
     """Number of notes about the server when the query began."""
+
+    @property
+    def scene(self) -> Scene:
+        return self.request.scene
+
+    @property
+    def plans(self) -> dict[str, RecoveryPlan]:
+        return {item.letter: item.plan for item in self.menu or ()}
+
+    @property
+    def may_check(self) -> bool:
+        return self.request.check is not None and self.checks_left > 0
 
     def add(self, usage: Usage) -> None:
         self.usage = usage if self.usage is None else self.usage + usage
@@ -93,9 +105,15 @@ class LanguageModelReasoner:
     """
 
     def __init__(
-        self, model: ChatModel, *, settings: ModelSettings | None = None, usage_limits: UsageLimits | None = None
+        self,
+        model: ChatModel,
+        *,
+        settings: ModelSettings | None = None,
+        usage_limits: UsageLimits | None = None,
+        form: AnswerForm | None = None,
     ) -> None:
         self.model = model
+        self.form = form or _default_form(model)
         self.name = f"{model.name} (prompt {PROMPT_VERSION})"
         self.usage_limits = usage_limits or _default_limits(model)
         self._settings = settings or ModelSettings()
@@ -104,9 +122,9 @@ class LanguageModelReasoner:
 
     def preflight(self) -> tuple[str, ...]:
         """Check the model with one short query that counts toward no budget, as the solver requires before a drive."""
-        notes = preflight_model(self.model)
+        notes = preflight_model(self.model, form=self.form)
         takes = self._takes()
-        cost = None if takes is None else cost_note(self.usage_limits, takes.pictures)
+        cost = None if takes is None else cost_note(self.usage_limits, takes.pictures, self.form.chain)
         return notes if cost is None else (*notes, f"{self.model.name} {cost}")
 
     def decide(self, request: ReasonerRequest) -> ReasonerAnswer:
@@ -121,15 +139,16 @@ class LanguageModelReasoner:
         self.usage_limits.check(request.budget, scene.time_s)
         self._last = (scene.time_s, scene.ego.distance_to_destination_m)
         self.usage_limits.begin_query(scene.time_s)
+        began = time.monotonic()
+        menu = plan_menu(scene, request.assess) if self.form.menu and request.assess is not None else None
         query = _Query(
-            scene,
-            messages(scene),
-            time.monotonic(),
+            request,
+            menu,
+            messages(scene, self.form, menu),
+            began,
             self._settings.deadline_s if request.deadline_s is None else request.deadline_s,
-            request.check,
             self._settings.checks,
             self._settings.repairs,
-            request.budget,
             notes_before=len(self._notes()),
         )
         first = list(query.turns)
@@ -152,13 +171,13 @@ class LanguageModelReasoner:
             reply = self._ask(query)
             answer, asks = chosen(reply)
             query.answers.append(answer)
-            if asks and query.check is not None and query.checks_left > 0:
+            if asks and query.may_check:
                 self._answer_check(query, reply, answer)
                 continue
             try:
                 if asks:
                     raise AnswerError(f"call {DECIDE} now, with the whole answer")
-                return parse_answer(answer, query.scene)
+                return parse_answer(answer, query.scene, query.plans)
             except AnswerError as error:
                 cut_off = reply.finish is Finish.CUT_OFF
                 self._repair(query, reply, AnswerError(cut_off_reason(reply)) if cut_off else error)
@@ -209,6 +228,7 @@ class LanguageModelReasoner:
             format=FORMAT,
             prompt=recorded_prompt(first, query.saw),
             answers=tuple(query.answers),
+            menu=tuple(OfferedPlan(letter=letter, plan=plan) for letter, plan in query.plans.items()),
             model=query.model or self.model.name,
             input_tokens=query.usage.input_tokens if query.usage else None,
             output_tokens=query.usage.output_tokens if query.usage else None,
@@ -226,29 +246,22 @@ class LanguageModelReasoner:
         return [] if takes is None else takes.notes
 
     def _tools(self, query: _Query) -> list[Tool]:
-        tools = [decide_tool(query.scene)]
-        if query.check is not None and query.checks_left > 0:
+        tools = [decide_tool(query.scene, self.form)]
+        if query.may_check:
             tools.append(check_tool(query.scene))
         return tools
 
     def _answer_check(self, query: _Query, reply: ChatReply, answer: str) -> None:
-        assert query.check is not None
         query.checks_left -= 1
         self.usage_limits.refund_check()
-        try:
-            verdict = query.check(parse_plan(answer, query.scene))
-            verdict = with_sides_swapped(verdict) if query.scene.mirrored else verdict
-        except AnswerError as error:
-            # The model gets the error as the result of the check, and can correct the plan.
-            verdict = f"not a plan: {error}"
-        query.turns += response_turns(reply, verdict)
+        query.turns += response_turns(reply, checked_words(answer, query.request))
 
     def _repair(self, query: _Query, reply: ChatReply, error: AnswerError) -> None:
         """Quote the error to the model once. A second invalid answer is a failure."""
         if query.repairs_left == 0:
             raise ReasonerError(f"{self.model.name} gave an invalid answer: {error}") from error
         query.repairs_left -= 1
-        self.usage_limits.check(query.budget)
+        self.usage_limits.check(query.request.budget)
         query.turns += response_turns(
             reply, f"That answer cannot be used: {error}. Answer again, complete and corrected."
         )
@@ -263,10 +276,24 @@ class LanguageModelReasoner:
             self.usage_limits.new_episode()
 
 
+def _options(model: ChatModel) -> ModelOptions | None:
+    options = getattr(getattr(model, "inner", model), "options", None)
+    return options if isinstance(options, ModelOptions) else None
+
+
+def _default_form(model: ChatModel) -> AnswerForm:
+    """Return the form that a model's own options state, or that of its recorded answers."""
+    recorded = getattr(model, "form", None)
+    if isinstance(recorded, AnswerForm):
+        return recorded
+    options = _options(model)
+    return USUAL_FORM if options is None else options.form
+
+
 def _default_limits(model: ChatModel) -> UsageLimits:
     """Return the limits that a model's own options state, with the price of its vendor."""
     inner: object = getattr(model, "inner", model)
-    options = getattr(inner, "options", None)
-    if not isinstance(options, ModelOptions):
+    options = _options(model)
+    if options is None:
         return UsageLimits(None)
     return usage_limits_of(getattr(inner, "model", ""), getattr(inner, "base_url", None), options)

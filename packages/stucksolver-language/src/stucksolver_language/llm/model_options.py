@@ -5,13 +5,15 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal, get_args
+from typing import Any, Literal, cast, get_args
 
+from stucksolver_language.llm.answer_form import USUAL_FORM, AnswerForm, Chain
 from stucksolver_language.llm.dialects import Dialect
 
 Effort = Literal["none", "minimal", "low", "medium", "high"]
 OPTIONS_HELP = (
-    "#pictures=off, #think=on|off, #effort=low, #tokens=3000, #call=strict|tool|schema|prose, #body.FIELD=VALUE, "
+    "#pictures=off, #menu=on|off, #chain=short|long, "
+    "#think=on|off, #effort=low, #tokens=3000, #call=strict|tool|schema|prose, #body.FIELD=VALUE, "
     "#intervention.queries|tokens|usd=N|off, #trip.queries|tokens|usd=N|off, #price=IN/CACHED/OUT"
 )
 LIMITS = tuple(f"{scope}.{what}" for scope in ("intervention", "trip") for what in ("queries", "tokens", "usd"))
@@ -31,6 +33,8 @@ class ModelOptions:
 
     pictures: bool = True
     """Send the camera's image. If False, the image is not rendered either."""
+    form: AnswerForm = field(default=USUAL_FORM, repr=False)
+    """With a menu of plans or without, and with the short or the long chain. It says nothing about the server."""
     think: bool | None = None
     """Let the model think before it answers, or not, in the spelling of its family and server."""
     effort: Effort | None = None
@@ -73,6 +77,8 @@ def parse_options(texts: list[str]) -> ModelOptions:
         try:
             if name.startswith(BODY):
                 options = replace(options, body=(*options.body, _body(name.removeprefix(BODY), value)))
+            elif name in ("menu", "chain"):
+                options = replace(options, form=_form(options.form, name, value))
             elif name in LIMITS:
                 options = replace(options, limits=(*options.limits, (name, _limit(value))))
             else:
@@ -93,6 +99,14 @@ def _body(path: str, value: str) -> tuple[str, str]:
         # Texts need no quotes, so that a shell needs none either.
         return path, json.dumps(value)
     return path, value
+
+
+def _form(form: AnswerForm, name: str, value: str) -> AnswerForm:
+    if name == "menu":
+        return replace(form, menu=_SWITCH[value])
+    if value not in get_args(Chain):
+        raise ValueError("unknown chain")
+    return replace(form, chain=cast("Chain", value))
 
 
 def _limit(value: str) -> float:

@@ -9,7 +9,7 @@ from typing import Any
 from stucksolver_language.llm.capabilities import ServerCapabilities
 from stucksolver_language.llm.chat import Message, PermanentReasonerError, Tool, ToolCall
 from stucksolver_language.llm.dialects import Dialect, ToolChoice
-from stucksolver_language.llm.prompt import FORM, prose_appendix
+from stucksolver_language.llm.prompt import form_text, prose_appendix
 
 LARGEST_IMAGE_BYTES = 5_000_000
 """Largest image in a request (bytes). Ours."""
@@ -45,7 +45,7 @@ def request_of(
     elif takes.dialect is Dialect.JSON_SCHEMA:
         schema = {"name": final.name, "strict": True, "schema": _within(final.parameters, takes)}
         request["response_format"] = {"type": "json_schema", "json_schema": schema}
-        request["messages"][0]["content"] += FORM if final.name == "decide" else ""
+        request["messages"][0]["content"] += form_text(final)
     else:
         request["messages"][0]["content"] += prose_appendix(final)
     if not takes.system:

@@ -11,6 +11,7 @@ import time
 from typing import Protocol, runtime_checkable
 
 from stucksolver.scene import CameraImage
+from stucksolver_language.llm.answer_form import USUAL_FORM, AnswerForm
 from stucksolver_language.llm.capabilities import ServerCapabilities
 from stucksolver_language.llm.chat import (
     ChatModel,
@@ -36,10 +37,10 @@ BUSY_PAUSE_S = 2.0
 """Shortest pause before a busy server is queried again (s). Ours."""
 PROBE_TOKENS = 32
 """Limit of an answer (tokens). The first key of the schema takes four; some providers refuse a limit below 16. Ours."""
-PROMPT_TOKENS, SCHEMA_TOKENS = 2_300, 3_200
+PROMPT_TOKENS, SCHEMA_TOKENS = 3_300, 3_500
 """Upper bounds on the tokens of the messages and of the schema, which some dialects put into the prompt.
 
-Measured with SmolLM2's encoding: 2,280 for a scene with 20 objects, and 3,111.
+Measured with SmolLM2's encoding: 3,260 for 20 objects, a menu of three plans and three failed plans, and 3,463.
 """
 CONTEXT_FIELDS = ("max_model_len", "context_length", "context_window", "n_ctx")
 """Fields that state the context in lists of models: vLLM, OpenRouter, Groq, llama.cpp (under `meta`)."""
@@ -61,10 +62,11 @@ class _Described(ChatModel, Protocol):
     def probe(self, messages: list[Message], tool: Tool, most_tokens: int, limit_s: float) -> ChatReply: ...
 
 
-def preflight_model(model: ChatModel, limit_s: float = LIMIT_S) -> tuple[str, ...]:
+def preflight_model(model: ChatModel, limit_s: float = LIMIT_S, form: AnswerForm = USUAL_FORM) -> tuple[str, ...]:
     """Send a model short queries and return the notes about missing features, one line each.
 
-    A line on standard error says what is waited for, if that takes longer than 10 s.
+    `form` is the form of the answers, so that the schema of the drive is compiled. A line on standard error says what
+    is waited for, if that takes longer than 10 s.
 
     Raises:
         PermanentReasonerError: Queries would fail.
@@ -75,10 +77,10 @@ def preflight_model(model: ChatModel, limit_s: float = LIMIT_S) -> tuple[str, ..
     ends_at = time.monotonic() + limit_s
     with WaitingNotes(model.name, limit_s) as waiting:
         waiting.begin("a short query with the schema of a decision")
-        reply = _prove_schema(model, ends_at)
+        reply = _prove_schema(model, form, ends_at)
         if model.takes.pictures and reply.saw:
             waiting.begin("a short query without a picture")
-            _prove_pictures(model, reply, ends_at)
+            _prove_pictures(model, form, reply, ends_at)
         waiting.begin("its list of models")
         described = model.described(max(min(ends_at - time.monotonic(), LIST_LIMIT_S), 1.0))
     publish()
@@ -91,11 +93,11 @@ def preflight_model(model: ChatModel, limit_s: float = LIMIT_S) -> tuple[str, ..
     return tuple(notes)
 
 
-def _prove_schema(model: _Described, ends_at: float) -> ChatReply:
+def _prove_schema(model: _Described, form: AnswerForm, ends_at: float) -> ChatReply:
     """Find the first dialect in which the server keeps to the schema, and return its reply."""
     takes = model.takes
     while True:
-        reply = _probed(model, True, ends_at)
+        reply = _probed(model, form, True, ends_at)
         if takes.dialect is Dialect.PROSE or follows_schema(reply):
             return reply
         if only_thought(reply):
@@ -107,16 +109,16 @@ def _prove_schema(model: _Described, ends_at: float) -> ChatReply:
             return reply
 
 
-def _prove_pictures(model: _Described, seen: ChatReply, ends_at: float) -> None:
+def _prove_pictures(model: _Described, form: AnswerForm, seen: ChatReply, ends_at: float) -> None:
     """Send no more pictures if the server counts as many tokens without one: it has dropped the picture silently."""
     if seen.usage is None or seen.usage.input_tokens == 0:
         return
-    blind = _probed(model, False, ends_at)
+    blind = _probed(model, form, False, ends_at)
     if blind.usage is not None and blind.usage.input_tokens >= seen.usage.input_tokens:
         model.takes.omit_pictures(f"a query with a picture takes as many tokens as without ({seen.usage.input_tokens})")
 
 
-def _probed(model: _Described, picture: bool, ends_at: float) -> ChatReply:
+def _probed(model: _Described, form: AnswerForm, picture: bool, ends_at: float) -> ChatReply:
     """Return the reply to a short query. A busy server is queried again.
 
     Raises:
@@ -125,16 +127,18 @@ def _probed(model: _Described, picture: bool, ends_at: float) -> ChatReply:
     image = CameraImage(width=64, height=64, jpeg=GRAY_JPEG) if picture else None
     turns = [Message("system", SYSTEM), Message("user", "Ready?", image=image)]
     while True:
-        reply, wait_s = _reply_or_wait(model, turns, ends_at)
+        reply, wait_s = _reply_or_wait(model, turns, full_decide_tool(form), ends_at)
         if reply is not None:
             return reply
         time.sleep(wait_s)
 
 
-def _reply_or_wait(model: _Described, turns: list[Message], ends_at: float) -> tuple[ChatReply | None, float]:
+def _reply_or_wait(
+    model: _Described, turns: list[Message], tool: Tool, ends_at: float
+) -> tuple[ChatReply | None, float]:
     """Return the reply, or the time to wait for a busy server (s). Raises as `_probed`."""
     try:
-        return model.probe(turns, full_decide_tool(), PROBE_TOKENS, ends_at - time.monotonic()), 0.0
+        return model.probe(turns, tool, PROBE_TOKENS, ends_at - time.monotonic()), 0.0
     except TransientReasonerError as error:
         wait_s = max(error.after_s or 0.0, BUSY_PAUSE_S)
         if error.trouble is not TransientKind.BUSY or time.monotonic() + wait_s > ends_at:

@@ -1,7 +1,7 @@
 """Parses the scene from a prompt: the inverse of `scene_text`, for a local model behind a chat server.
 
-The prompt rounds to one decimal and omits numbers. In a parsed scene, objects have a position and motion along the road
-only: their velocity and heading across the road are 0, and the time of their last motion is unknown.
+The prompt rounds to one decimal and omits numbers. In a parsed scene, objects have a heading along the road, and the
+time of their last motion is unknown. The middle objects of a work zone and the values of failed plans are missing.
 """
 
 from __future__ import annotations
@@ -16,10 +16,12 @@ from pydantic import ValidationError
 from stucksolver.plan.behaviors import REGISTRY, describe
 from stucksolver.scene import IMMOBILIZED_BELOW_MPS, AttemptOutcome, LaneRelation, Scene
 from stucksolver.scene.base_model import first_problem
+from stucksolver_language.llm.attempt_text import FAILED
+from stucksolver_language.llm.menu_text import MENU, NO_MENU
 from stucksolver_language.llm.scene_prompt import SAYS, SIGNALS
 
-FAILED = "failed so far:"
 CONTROLS = "controls:"
+ZONES = "zones:"
 PASSENGER = re.compile(r'passenger says (-?\d+) s ago: (".*")$')
 EGO = re.compile(
     r"ego: (?P<speed>\S+) m/s, below (?P<slow>\S+) km/h for (?P<stopped>\S+) s, progress in 20 s (?P<progress>\S+) m, "
@@ -31,13 +33,16 @@ LANE = re.compile(
     r"(?P<sight>\S+?)(?P<closed> no-entry-by-markings)?$"
 )
 OBJECT = re.compile(
-    r"(?P<id>.+) (?P<kind>\S+) (?P<lane>\S+) (?P<gap>\S+) (?P<right>[-\d.]+?)\.\.(?P<left>[-\d.]+) (?P<speed>\S+) "
+    r"(?P<id>.+) (?P<kind>\S+) (?P<lane>\S+) (?P<gap>\S+) (?P<right>[-\d.]+?)\.\.(?P<left>[-\d.]+) "
+    r"(?P<speed>[-\d.?]+)/(?P<across>[-\d.?]+) "
     r"(?P<stood>\S+) (?P<length>[\d.]+)\*(?P<width>[\d.]+)\*(?P<height>[\d.]+)(?P<marks>(?: [a-z-]+)*)$"
 )
 CONTROL = re.compile(
     r"(?P<kind>traffic_light|stop_sign)(?: (?P<state>[a-z]+))? (?P<gap>\S+) m (?P<applies>applies\??|not for us)$"
 )
 SIGN = re.compile(rf"sign {SAYS}(?P<word>[a-z-]+) (?P<gap>\S+) m at (?P<bearing>\S+) deg$")
+ZONE = re.compile(r"(?P<kind>[a-z_]+) from (?P<start_m>\S+) to (?P<end_m>\S+) m(?:, roads off the route: .*)?$")
+ATTEMPT = re.compile(r"(?P<plan>.+?): (?P<ended>[a-z_]+) (?P<ago>\d+) s ago(?:, (?P<missing>[^;]*))?; (?P<outcome>.*)$")
 APPLIES = {"applies": True, "not for us": False, "applies?": None}
 
 
@@ -52,7 +57,7 @@ def read_prompt(text: str) -> Scene:
         PromptError: The text is not such a turn.
     """
     found: dict[str, Any] = {"time_s": 0.0, "frame": 0, "objects": [], "controls": [], "lanes": [], "waypoints": []}
-    found |= {"attempts": [], "behaviors": (), "signs": []}
+    found |= {"attempts": [], "behaviors": (), "signs": [], "zones": []}
     part = ""
     for number, line in enumerate(text.strip().splitlines(), 1):
         part = _taken(found, part, number, line)
@@ -94,8 +99,11 @@ def _line(found: dict[str, Any], part: str, line: str) -> str:
     for name in ("lanes", "objects"):
         if line.startswith((f"{name} (", f"{name}: none")):
             return name
-    if line in (CONTROLS, FAILED):
+    if line in (CONTROLS, FAILED, ZONES, MENU, NO_MENU):
         return line
+    if part == MENU:
+        # The plans of the menu follow from the scene and the guard.
+        return part
     if part == "lanes":
         found["lanes"].append(_lane(_matched(LANE, line)))
     elif part == "objects":
@@ -107,10 +115,11 @@ def _line(found: dict[str, Any], part: str, line: str) -> str:
         found["signs"].append(_sign(_matched(SIGN, line)))
     elif part == CONTROLS:
         found["controls"].append(_control(_matched(CONTROL, line)))
+    elif part == ZONES:
+        # A work zone follows from its objects.
+        found["zones"] += [_matched(ZONE, line)] if not line.startswith("work_zone ") else []
     elif part == FAILED:
-        tried, _, outcome = line.partition(": ")
-        ended = AttemptOutcome.REJECTED
-        found["attempts"].append({"time_s": 0.0, "behaviors": tried.split("+"), "ended": ended, "outcome": outcome})
+        found["attempts"].append(_attempt(_matched(ATTEMPT, line)))
     else:
         raise ValueError(line)
     return part
@@ -162,6 +171,7 @@ def _lane(fields: dict[str, str | None]) -> dict[str, Any]:
 
 def _object(fields: dict[str, str | None], ego: dict[str, Any]) -> dict[str, Any]:
     gap, length, speed = _number(fields["gap"]), _number(fields["length"]) or 0.1, _number(fields["speed"]) or 0.0
+    across = _number(fields["across"]) or 0.0
     left, right = _number(fields["left"]) or 0.0, _number(fields["right"]) or 0.0
     marks = (fields["marks"] or "").split()
     return {
@@ -177,8 +187,9 @@ def _object(fields: dict[str, str | None], ego: dict[str, Any]) -> dict[str, Any
         "x_m": (gap or 0.0) + (ego["length_m"] + length) / 2,
         "y_m": (left + right) / 2 - ego["lateral_offset_m"],
         "yaw_rad": 0.0,
+        "speed_across_mps": across,
         "vx_mps": speed,
-        "vy_mps": 0.0,
+        "vy_mps": across,
         "length_m": length,
         "width_m": _number(fields["width"]) or 0.1,
         "height_m": _number(fields["height"]) or 0.05,
@@ -194,6 +205,15 @@ def _object(fields: dict[str, str | None], ego: dict[str, Any]) -> dict[str, Any
 def _marked(fields: dict[str, str | None], prefix: str) -> list[str]:
     """Return the rest of each mark of an object that starts with `prefix`."""
     return [mark.removeprefix(prefix) for mark in (fields["marks"] or "").split() if mark.startswith(prefix)]
+
+
+def _attempt(fields: dict[str, str | None]) -> dict[str, Any]:
+    """Return a failed plan by the names of its behaviors. Its values are in the text of the reason."""
+    names = re.sub(r"\([^)]*\)", "", fields["plan"] or "").split("+")
+    missing = f"{fields['missing']}; " if fields["missing"] else ""
+    ended = AttemptOutcome(fields["ended"])
+    outcome = f"{missing}{fields['outcome']}"
+    return {"time_s": -float(fields["ago"] or 0.0), "behaviors": names, "ended": ended, "outcome": outcome}
 
 
 def _word(mark: str | None) -> str:

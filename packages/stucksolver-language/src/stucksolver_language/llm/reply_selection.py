@@ -44,7 +44,9 @@ def follows_schema(reply: ChatReply) -> bool:
     """True if a reply, which may be cut off early, is a call of our function, or begins as its schema does."""
     text = "".join(split_thoughts(reply.text)[0].split())
     begins = any(
-        f'{{"{part}"'.startswith(text[: len(part) + 3]) for part in ("observation", "analysis", "decision") if text
+        f'{{"{part}"'.startswith(text[: len(part) + 3])
+        for part in ("observation", "analysis", "decision", "choice")
+        if text
     )
     return begins or any(call.name in ("", DECIDE) for call in reply.calls) or f'"{DECIDE}"' in text
 

@@ -15,14 +15,14 @@ from stucksolver.scene import (
     SceneObject,
     SignWord,
     TrafficControl,
+    ZoneKind,
 )
 from stucksolver.scene.objects import Gesture
+from stucksolver_language.llm.attempt_text import failed_lines
+from stucksolver_language.llm.work_zones import WorkZone, nearest_work_zone
 
 MOST_CHARACTERS = 1300
-"""Longest text of a scene (characters).
-
-With the system's text, this keeps the prompt below 2,100 tokens (dense numbers take two characters per token).
-"""
+"""Longest text of a scene without failed plans (characters). Dense numbers take two characters per token. Ours."""
 LEAST_OBJECTS = 4
 """Number of nearest objects that are listed even if the text becomes longer than `MOST_CHARACTERS`. Ours."""
 MOST_SIGNS = 4
@@ -40,9 +40,29 @@ def scene_text(scene: Scene) -> str:
     """
     head = [_ego(scene), "lanes (id relation type width line free_ahead/behind seen):"]
     head += [_lane(lane) for lane in scene.lanes if _matters(lane)]
-    tail = _controls(scene) + _starts(scene) + _failed(scene) + _guidance(scene)
-    room = MOST_CHARACTERS - sum(len(line) + 1 for line in head + tail)
-    return "\n".join(head + _objects(scene, room) + tail)
+    zone = nearest_work_zone(scene)
+    head += _zones(scene, zone)
+    controls, tail = _controls(scene) + _starts(scene), _guidance(scene)
+    room = MOST_CHARACTERS - sum(len(line) + 1 for line in head + controls + tail)
+    return "\n".join(head + _objects(scene, zone, room) + controls + failed_lines(scene) + tail)
+
+
+def _zones(scene: Scene, work: WorkZone | None) -> list[str]:
+    """Return junctions and other zones of the route, with the roads off it, and the work zone with its far end."""
+    listed = {lane.id for lane in scene.lanes}
+    roads = list(dict.fromkeys(w.lane_id for w in scene.waypoints if w.lane_id not in listed))
+    lines = [f"{zone.kind.value} from {_n(zone.start_m)} to {_n(zone.end_m)} m" for zone in scene.zones]
+    nearest = next((k for k, zone in enumerate(scene.zones) if zone.kind is ZoneKind.JUNCTION), None)
+    if nearest is not None and roads:
+        lines[nearest] += f", roads off the route: {' '.join(roads)}"
+    if work is not None:
+        right_m, left_m = work.edges_m
+        first, last = work.objects[0].id, work.objects[-1].id
+        lines.append(
+            f"work_zone from {_n(work.start_m)} to {_n(work.end_m)} m, edges {_n(right_m)}..{_n(left_m)}, "
+            f"{len(work.objects)} cones and barriers, first {first}, last {last}"
+        )
+    return ["zones:", *lines] if lines else []
 
 
 def _controls(scene: Scene) -> list[str]:
@@ -61,12 +81,6 @@ def _starts(scene: Scene) -> list[str]:
     return ["route starts (lane, then ids; +20 is lane+20, 20 m ahead): " + "; ".join(groups)]
 
 
-def _failed(scene: Scene) -> list[str]:
-    if not scene.attempts:
-        return []
-    return ["failed so far:", *(f"{'+'.join(a.behaviors)}: {_short(a.outcome, 120)}" for a in scene.attempts[-3:])]
-
-
 def _guidance(scene: Scene) -> list[str]:
     """Return the passenger's utterance as a JSON string, so that it cannot leave its quotes."""
     if scene.guidance is None:
@@ -74,17 +88,18 @@ def _guidance(scene: Scene) -> list[str]:
     return [f"passenger says {scene.time_s - scene.guidance.time_s:.0f} s ago: {json.dumps(scene.guidance.text)}"]
 
 
-def _objects(scene: Scene, room: int) -> list[str]:
+def _objects(scene: Scene, work: WorkZone | None, room: int) -> list[str]:
     if not scene.objects:
         return ["objects: none"]
-    head = "objects (id kind lane gap edges_right..left speed_along stood_for length*width*height marks):"
+    head = "objects (id kind lane gap edges_right..left speed_along/across stood_for length*width*height marks):"
     lines = [head]
-    for o in sorted(scene.objects, key=_importance):
+    listed = [o for o in scene.objects if work is None or o.id not in work.middle_ids]
+    for o in sorted(listed, key=_importance):
         line = _object(o, [sign.word for sign in scene.signs if sign.object_id == o.id])
         if len(lines) > LEAST_OBJECTS and sum(len(x) + 1 for x in lines) + len(line) > room:
             break
         lines.append(line)
-    left_out = len(scene.objects) + 1 - len(lines)
+    left_out = len(listed) + 1 - len(lines)
     return [*lines, f"and {left_out} more, farther"] if left_out else lines
 
 
@@ -139,7 +154,8 @@ def _object(o: SceneObject, words: list[SignWord]) -> str:
     marks += [_says(word) for word in words]
     line = (
         f"{o.id} {o.kind.value} {o.lane.value} {_n(o.gap_m)} {_n(o.right_edge_m)}..{_n(o.left_edge_m)} "
-        f"{_n(o.speed_along_mps)} {_n(o.stationary_s)} {_n(o.length_m)}*{_n(o.width_m)}*{_n(o.height_m)}"
+        f"{_n(o.speed_along_mps)}/{_n(o.speed_across_mps)} {_n(o.stationary_s)} "
+        f"{_n(o.length_m)}*{_n(o.width_m)}*{_n(o.height_m)}"
     )
     return " ".join([line, *marks])
 
@@ -173,7 +189,3 @@ def _n(value: float | None) -> str:
         return "?"
     text = f"{value:.1f}"
     return "0" if text in ("0.0", "-0.0") else text.removesuffix(".0")
-
-
-def _short(text: str, longest: int) -> str:
-    return text if len(text) <= longest else text[: longest - 1] + "…"

@@ -17,6 +17,7 @@ from stucksolver.plan import CauseCode, GuidanceIntent, Intent, WaitReason
 from stucksolver.plan.behaviors import REGISTRY
 from stucksolver.plan.behaviors.registry import describe
 from stucksolver.scene import AvailableBehavior, ControlKind, LaneRelation, LightState, ObjectKind, Scene
+from stucksolver_language.llm.answer_form import CONCLUSIONS, NONE, USUAL_FORM, AnswerForm
 from stucksolver_language.llm.chat import Tool
 from stucksolver_language.llm.offered_behaviors import known_behaviors
 
@@ -28,8 +29,16 @@ MOST_CONTROLS = 6
 """Maximum number of traffic controls in an observation. Ours."""
 MOST_PARTICIPANTS = 8
 """Maximum number of participants in an observation. Ours."""
+MOST_SIGNS = 4
+"""Maximum number of signs, and of objects that only the image shows, in an observation. Ours."""
+MOST_SIGN_TEXT = 120
+"""Longest content of a sign (characters), as in `ReportedSign`."""
 MOST_TEXT = 240
 """Longest text (characters): one or two sentences."""
+MOST_CODES, MOST_CODE = 6, 64
+"""Maximum number of codes in the short form, and longest code (characters): an id with a kind. Ours."""
+SHORT_TEXT = 160
+"""Longest sentence of the short form (characters): about 40 of its 120 tokens. Ours."""
 SHORT_ID, LONG_ID = 16, 64
 """Longest id of an object or a waypoint in an answer (characters).
 
@@ -42,14 +51,14 @@ GUIDED, UNGUIDED = ("S2.1",), ("S2.2", "S2.3", "S2.4", "S2.5")
 Schema = dict[str, Any]
 
 
-def decide_tool(scene: Scene) -> Tool:
-    """Return the function for the final answer: observation, analysis and decision, in the order of the chain."""
-    return _decide_tool(known_behaviors(scene), _id_length(scene))
+def decide_tool(scene: Scene, form: AnswerForm = USUAL_FORM) -> Tool:
+    """Return the function for the final answer in a form."""
+    return _decide_tool(known_behaviors(scene), _id_length(scene), form)
 
 
-def full_decide_tool() -> Tool:
+def full_decide_tool(form: AnswerForm = USUAL_FORM) -> Tool:
     """Return the same function for a stack that offers every behavior, for queries without a scene."""
-    return _decide_tool(describe(tuple(REGISTRY)), SHORT_ID)
+    return _decide_tool(describe(tuple(REGISTRY)), SHORT_ID, form)
 
 
 def check_tool(scene: Scene) -> Tool:
@@ -69,17 +78,34 @@ def _id_length(scene: Scene) -> int:
     return SHORT_ID if all(len(name) <= SHORT_ID for name in ids) else LONG_ID
 
 
-def _decide_tool(behaviors: Sequence[AvailableBehavior], id_length: int) -> Tool:
+def _decide_tool(behaviors: Sequence[AvailableBehavior], id_length: int, form: AnswerForm) -> Tool:
+    plans = _plan_definitions(behaviors, id_length)
+    if form.chain == "short":
+        parameters = _short(form)
+        parameters["$defs"] = plans
+        return Tool(DECIDE, "Answer with your choice first, then the reasons as codes and one sentence.", parameters)
     parameters = _object(
-        {"observation": _observation(), "analysis": _analysis(), "decision": _decision()},
+        {"observation": _observation(), "analysis": _analysis(), "decision": _decision(form)},
     )
     steps = [_object({name: {"$ref": "#/$defs/step"} for name in names}) for names in (UNGUIDED, GUIDED)]
     parameters["$defs"] = {
         "step": _object({"answer": {"type": ["boolean", "null"]}, "evidence": _text()}),
         "steps": {"anyOf": steps},
-        **_plan_definitions(behaviors, id_length),
+        **plans,
     }
     return Tool(DECIDE, "Answer with what you observe, analyse and decide, in this order.", parameters)
+
+
+def _short(form: AnswerForm) -> Schema:
+    named = {"type": "string", "enum": [*form.letters, NONE]}
+    return _object(
+        {
+            "choice": {"anyOf": [named, _plan()]},
+            "S1": _list({"type": "string", "maxLength": MOST_CODE}, MOST_CODES),
+            "S2": {"type": "string", "enum": list(CONCLUSIONS)},
+            "why": {"type": "string", "maxLength": SHORT_TEXT},
+        }
+    )
 
 
 def _observation() -> Schema:
@@ -94,8 +120,22 @@ def _observation() -> Schema:
             "intent": _enum(Intent),
         }
     )
-    controls, participants = _list(control, MOST_CONTROLS), _list(participant, MOST_PARTICIPANTS)
-    return _object({"controls": controls, "participants": participants, "summary": _text()})
+    sign = _object(
+        {"content": {**_text(), "maxLength": MOST_SIGN_TEXT}, "object_id": _or_null({"$ref": "#/$defs/object_id"})}
+    )
+    bearing = {"type": "number", "minimum": -180, "maximum": 180}
+    distance = {"type": "number", "minimum": 0, "maximum": 1000}
+    seen = _object({"kind": _enum(ObjectKind), "bearing_deg": bearing, "distance_m": distance})
+    return _object(
+        {
+            "controls": _list(control, MOST_CONTROLS),
+            "signs": _list(sign, MOST_SIGNS),
+            "work_zone": {"type": "boolean"},
+            "participants": _list(participant, MOST_PARTICIPANTS),
+            "picture_only": _list(seen, MOST_SIGNS),
+            "summary": _text(),
+        }
+    )
 
 
 def _analysis() -> Schema:
@@ -111,9 +151,11 @@ def _analysis() -> Schema:
     )
 
 
-def _decision() -> Schema:
+def _decision(form: AnswerForm) -> Schema:
+    choice = {"choice": _or_null({"type": "string", "enum": list(form.letters)})} if form.menu else {}
     return _object(
         {
+            **choice,
             "rationale": _text(),
             "behaviors": _or_null(_plan()),
             "replan_route": {"type": "boolean"},

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from stucksolver.query_budget import QueryBudget
+from stucksolver_language.llm.answer_form import Chain
 from stucksolver_language.llm.chat import Message, PermanentReasonerError, Tool, Usage
 from stucksolver_language.llm.model_families import listed_price
 from stucksolver_language.llm.model_options import ModelOptions
@@ -185,10 +186,12 @@ CHARACTERS_FOR_A_TOKEN = 3
 """Characters per token, rounded down. Measured on prompts of this package: 3.3 with SmolLM2's encoding."""
 PICTURE_TOKENS = 1_000
 """Approximate cost of a camera image of 800 x 450 (tokens). Each provider counts in its own way."""
-QUERY_TOKENS, ANSWER_TOKENS = 5_100, 700
+QUERY_TOKENS: dict[Chain, int] = {"short": 5_000, "long": 5_900}
+ANSWER_TOKENS: dict[Chain, int] = {"short": 120, "long": 700}
 """Tokens of a usual query with the schema as a function, without the picture, and of its answer.
 
-Measured with SmolLM2's encoding: 1,520 to 2,280 for the messages, 3,110 for the schema; 300 to 700 for an answer.
+Measured with SmolLM2's encoding (`lab.benchmarks.answer_forms`): 2,400 for the messages with a menu, 2,620 and 3,460
+for the schema; 60 to 90 and 310 to 380 for an answer, to which real models add.
 """
 
 
@@ -199,14 +202,14 @@ def estimate(messages: Sequence[Message], tools: Sequence[Tool], answer_tokens: 
     return Usage(text // CHARACTERS_FOR_A_TOKEN + pictures * PICTURE_TOKENS, answer_tokens)
 
 
-def cost_note(limits: UsageLimits, pictures: bool) -> str | None:
+def cost_note(limits: UsageLimits, pictures: bool, chain: Chain = "short") -> str | None:
     """Return an estimate of the cost of a query and of a route before the run; None if the price is unknown.
 
     A route is a trip. The cost of thoughts is not known before the run, but the bound of the route includes them.
     """
     if limits.price is None:
         return None
-    usual = Usage(QUERY_TOKENS + (PICTURE_TOKENS if pictures else 0), ANSWER_TOKENS)
+    usual = Usage(QUERY_TOKENS[chain] + (PICTURE_TOKENS if pictures else 0), ANSWER_TOKENS[chain])
     query_usd = limits.price.cost_of(usual)
     trip = limits.trip
     bounds = [] if trip.queries is None else [trip.queries * query_usd]

@@ -23,7 +23,7 @@ from typing import Any
 
 from stucksolver_language.llm.lenient_json import NoValueError, read_keywords, whole_value
 
-PARTS = ("observation", "analysis", "decision", "behaviors", "ready")
+PARTS = ("observation", "analysis", "decision", "behaviors", "choice", "S1", "S2", "why", "ready")
 """Arguments of our functions."""
 MOST_PARTS = 64
 """Maximum number of arguments that are read from one text. Ours."""
@@ -51,6 +51,7 @@ _ARGUMENT = frozenset({"parameter", "param", "arg", "argument"})
 _FUNCTION = frozenset({"function", "invoke", "tool", "call"})
 _END = re.compile(r"</(?:\w{1,20}:)?(?:function|invoke|tool_call)>")
 _ELEMENTS = frozenset({*_ARGUMENT, *_FUNCTION, *PARTS, "tool_call", "arg_key", "arg_value"})
+_BY_LOWER_CASE = {element.lower(): element for element in _ELEMENTS}
 
 
 @dataclass(frozen=True)
@@ -154,7 +155,7 @@ def _usual(tag: re.Match[str]) -> str:
 def _element_of(name: str) -> str:
     """Return the name of an element without a namespace before it or a suffix after it."""
     parts = name.lower().split(":")
-    return next((part for part in parts if part in _ELEMENTS), parts[-1])
+    return next((_BY_LOWER_CASE[part] for part in parts if part in _BY_LOWER_CASE), parts[-1])
 
 
 def _attribute(more: str | None) -> str | None:

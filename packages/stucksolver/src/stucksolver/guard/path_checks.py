@@ -61,6 +61,22 @@ def collision(case: CheckContext) -> list[RejectReason]:
     return rejects
 
 
+def least_stationary_gap(case: CheckContext) -> tuple[float | None, float | None]:
+    """Return the smallest gap to stationary objects on the path, and its smallest excess over the required gap (m).
+
+    The excess counts only where the ego comes nearer to an object than it is at the start. None without such an object.
+    """
+    which = relevant(case)
+    standing = which[case.view.speed[which] <= MOVING_MPS] if len(which) else which
+    if not len(standing):
+        return None, None
+    gap = stationary_gaps(case, standing)
+    nearer = gap < gap[0] - case.policy.clearance.nearer_m
+    excess = np.where(nearer, gap - _margins(case, standing, case.quick.v), np.inf)
+    least = float(excess.min())
+    return float(gap.min()), least if np.isfinite(least) else None
+
+
 def _margins(case: CheckContext, which: Array, speed: Array) -> Array:
     """(instants, objects): gaps to keep (m) at the ego's `speed` (instants,) (m/s)."""
     view, policy = case.view, case.policy

@@ -8,7 +8,10 @@ from stucksolver.plan.decision import (
     Observation,
     ObservedControl,
     Participant,
+    PictureObject,
     RecoveryPlan,
+    ReportedSign,
+    ReportedWorkZone,
 )
 from stucksolver.plan.directive import CONTINUE, Directive, Execute, PathPoint
 from stucksolver.plan.guidance_limits import apply_guidance_limits, apply_limits_to_decision
@@ -34,8 +37,11 @@ __all__ = [
     "ObservedControl",
     "Participant",
     "PathPoint",
+    "PictureObject",
     "RecoveryPlan",
     "Replan",
+    "ReportedSign",
+    "ReportedWorkZone",
     "SafeStop",
     "WaitLimits",
     "WaitReason",

@@ -54,6 +54,9 @@ class PlanAssessment(FrozenModel):
         free_m: Free distance ahead there, at that offset (m), at most `MOST_FREE_M`.
         oncoming_m: Length of the paths in oncoming lanes (m).
         leaves_zone: True if the ego's body touches a zone now and none at the end.
+        gap_m: Smallest gap to a stationary object on these paths (m); None without one, and before a path is proven.
+        gap_margin_m: Smallest excess of such a gap over the required one, where the ego comes nearer than now (m).
+        sight_margin_m: Smallest excess of the sight distance of a pass through an oncoming lane (m); None without one.
         passed: Ids of the objects ahead that are behind the ego at the end, if moving ones keep their speed.
     """
 
@@ -67,6 +70,9 @@ class PlanAssessment(FrozenModel):
     free_m: float = 0.0
     oncoming_m: float = 0.0
     leaves_zone: bool = False
+    gap_m: float | None = None
+    gap_margin_m: float | None = None
+    sight_margin_m: float | None = None
     passed: tuple[str, ...] = ()
 
     @property

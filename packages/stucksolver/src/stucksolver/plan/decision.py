@@ -38,12 +38,39 @@ class Participant(FrozenModel):
     intent: Intent
 
 
+class ReportedSign(FrozenModel):
+    """Sign with its content as the reasoner reads it. It is evidence for people, never an input of the guard."""
+
+    content: str = Field(max_length=120)
+    object_id: str | None = None
+    """Id of the object that carries it; None if no tracked object does."""
+
+
+class ReportedWorkZone(FrozenModel):
+    """Work zone on the route, with its measured extent from the ego's front bumper (m); None if it is not measured."""
+
+    start_m: float | None = None
+    end_m: float | None = None
+
+
+class PictureObject(FrozenModel):
+    """Object that only the image shows, with its direction from the ego's heading and its rough distance."""
+
+    kind: ObjectKind
+    bearing_deg: float = Field(ge=-180.0, le=180.0)
+    """Bearing (deg), left positive."""
+    distance_m: float = Field(ge=0.0, le=1000.0)
+
+
 class Observation(FrozenModel):
-    """Step 1: observation of the scene."""
+    """Step 1: observation of the scene. `signs` and the fields after it are empty in old records."""
 
     controls: tuple[ObservedControl, ...]
     participants: tuple[Participant, ...]
     summary: str
+    signs: tuple[ReportedSign, ...] = ()
+    work_zone: ReportedWorkZone | None = None
+    picture_only: tuple[PictureObject, ...] = ()
 
 
 class AnalysisStep(FrozenModel):

@@ -42,6 +42,9 @@ def mirrored_decision(decision: Decision) -> Decision:
                 update={
                     "participants": tuple(map(_participant, observation.participants)),
                     "summary": with_sides_swapped(observation.summary),
+                    "picture_only": tuple(
+                        obj.model_copy(update={"bearing_deg": -obj.bearing_deg}) for obj in observation.picture_only
+                    ),
                 }
             ),
             "analysis": analysis.model_copy(update={"steps": steps, "reason": with_sides_swapped(analysis.reason)}),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
@@ -40,15 +40,24 @@ class ReasonerRequest:
     budget: QueryBudget | None = None
 
 
+class OfferedPlan(FrozenModel):
+    """Plan that a query offered for choice, with the letter that an answer names."""
+
+    letter: str
+    plan: RecoveryPlan
+
+
 class ReasonerTrace(FrozenModel):
     """Origin of an answer by a reasoner other than the rules: enough to parse it again offline.
 
     `answers` are the raw answers in order. The decision was parsed from the last one, by the parser of `format`.
+    `menu` has the plans that the query offered, so that a letter means the same plan again without the guard.
     """
 
     format: str = "decision"
     prompt: str | None = None
     answers: tuple[str, ...] = ()
+    menu: tuple[OfferedPlan, ...] = ()
     model: str | None = None
     input_tokens: int | None = None
     output_tokens: int | None = None
@@ -116,11 +125,13 @@ class SupportsPreflight(Protocol):
         """
 
 
-Parser = Callable[[str, Scene], Decision]
-"""Parses a raw answer to a scene into a decision. Raises `ReasonerError`."""
+Menu = Mapping[str, RecoveryPlan]
+"""Plans by letter that a query offered for choice, in the solver's frame."""
+Parser = Callable[[str, Scene, Menu], Decision]
+"""Parses a raw answer to a scene with a menu into a decision. Raises `ReasonerError`."""
 
 
-def _parse_decision(answer: str, scene: Scene) -> Decision:
+def _parse_decision(answer: str, scene: Scene, menu: Menu) -> Decision:
     """Parse an answer in the JSON form of a decision."""
     try:
         return Decision.model_validate_json(answer)
@@ -142,4 +153,5 @@ def parse_trace(trace: ReasonerTrace, scene: Scene) -> Decision:
         raise ReasonerError(f"no parser for answers in the format {trace.format!r}; known: {', '.join(PARSERS)}")
     if not trace.answers:
         raise ReasonerError("the trace contains no answer")
-    return PARSERS[trace.format](trace.answers[-1], scene)
+    menu = {offered.letter: offered.plan for offered in trace.menu}
+    return PARSERS[trace.format](trace.answers[-1], scene, menu)

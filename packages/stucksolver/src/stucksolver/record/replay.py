@@ -37,8 +37,8 @@ from stucksolver.solver.step_listener import TransitionStep
 
 KINDS = ("begin", "road", "step", "fault", "end")
 """Kinds of lines."""
-LATER = frozenset({"margin", "unit"})
-"""Fields of a reject reason that older records lack."""
+LATER = frozenset({"margin", "unit", "missing", "zones", "signs", "work_zone", "picture_only"})
+"""Fields that older records lack: of a reject reason, a failed attempt, a scene and an observation."""
 EQUAL = 1e-6
 """Greatest relative difference between equal numbers: another processor may round differently."""
 

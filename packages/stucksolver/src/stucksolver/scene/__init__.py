@@ -41,6 +41,7 @@ from stucksolver.scene.scene import (
     SceneEgo,
     SceneLane,
     SceneObject,
+    SceneZone,
 )
 from stucksolver.scene.signs import ObservedSign, SignWord
 from stucksolver.scene.status import Status
@@ -94,6 +95,7 @@ __all__ = [
     "SceneEgo",
     "SceneLane",
     "SceneObject",
+    "SceneZone",
     "SignWord",
     "Status",
     "Surroundings",

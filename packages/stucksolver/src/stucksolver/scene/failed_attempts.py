@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from enum import Enum
+from typing import Literal
 
 from stucksolver.scene.base_model import FrozenModel
 
@@ -76,6 +77,14 @@ class AttemptOutcome(str, Enum):
     """The plan finished, but the ego made no progress."""
 
 
+class MissingAmount(FrozenModel):
+    """Requirement that a plan did not meet, with the amount that was missing (in `unit`, positive)."""
+
+    code: RejectCode
+    amount: float
+    unit: Literal["m", "s", "m/s"]
+
+
 class FailedAttempt(FrozenModel):
     """Plan of this intervention that failed, and the reasons."""
 
@@ -90,5 +99,7 @@ class FailedAttempt(FrozenModel):
     """Its behaviors with their parameters, each in its JSON form; empty in old records."""
     blocker: str | None = None
     """Id of the object of the binding constraint; None without one, and in old records."""
+    missing: tuple[MissingAmount, ...] = ()
+    """What was missing, for requirements that have an amount; empty in old records."""
     outcome: str
     """Reason as text for people and language models."""

@@ -111,6 +111,15 @@ class SceneLane(FrozenModel):
     speed_limit_mps: float | None
 
 
+class SceneZone(FrozenModel):
+    """Stretch of the route with its own rules, such as a junction, as distances along the route."""
+
+    kind: ZoneKind
+    start_m: float
+    end_m: float
+    """Distances from the ego's front bumper (m); a start that is negative has been reached."""
+
+
 class CandidateWaypoint(FrozenModel):
     """Position from which the route can be replanned."""
 
@@ -173,6 +182,8 @@ class Scene(FrozenModel):
     signs: tuple[ObservedSign, ...] = ()
     """Words read on signs and vehicles. They are for reasoners only: the guard uses no words."""
     lanes: tuple[SceneLane, ...]
+    zones: tuple[SceneZone, ...] = ()
+    """Zones on the route that the ego has not left, nearest first; empty in old records."""
     waypoints: tuple[CandidateWaypoint, ...] = ()
     behaviors: tuple[AvailableBehavior, ...]
     route_command: str | None = None

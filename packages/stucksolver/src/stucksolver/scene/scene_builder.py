@@ -17,6 +17,7 @@ from stucksolver.scene.scene import (
     SceneEgo,
     SceneLane,
     SceneObject,
+    SceneZone,
 )
 from stucksolver.scene.signs import ObservedSign
 from stucksolver.scene.status import Status
@@ -61,6 +62,7 @@ def build_scene(
         controls=view.surroundings.controls,
         signs=signs,
         lanes=tuple(_lane(view, lane, relation) for lane, relation in lanes),
+        zones=_zones(view),
         waypoints=waypoints,
         behaviors=behaviors,
         route_command=route_command,
@@ -81,6 +83,16 @@ def _ego(view: FrenetScene, status: Status) -> SceneEgo:
         at_destination=status.at_destination,
         length_m=view.ego.length_m,
         width_m=view.ego.width_m,
+    )
+
+
+def _zones(view: FrenetScene) -> tuple[SceneZone, ...]:
+    """Return the zones on the route that the ego's body has not left, nearest first."""
+    front_s, rear_s = view.ego_front_s, view.ego_s - view.ego.length_m / 2
+    near = [z for z in view.surroundings.road.zones if z.end_m > rear_s and z.start_m < front_s + RANGE_M]
+    return tuple(
+        SceneZone(kind=z.kind, start_m=round(z.start_m - front_s, 1), end_m=round(z.end_m - front_s, 1))
+        for z in sorted(near, key=lambda z: z.start_m)
     )
 
 

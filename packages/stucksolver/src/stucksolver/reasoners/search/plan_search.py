@@ -107,6 +107,12 @@ class PlanSearch:
             self._tried(self._prepared())
         return self._result()
 
+    def ranked(self) -> tuple[Candidate, ...]:
+        """Return the plans of `run`, best first: what is possible by its value, then what is nearest to accepted."""
+        possible = sorted(self._worthwhile(), key=lambda c: -c.value)
+        refused = [c for c in self._known.values() if not c.possible and self._could_help(c)]
+        return (*possible, *sorted(refused, key=lambda c: shortfall_m(c.assessment)))
+
     def _tried(self, plans: Iterable[Steps]) -> list[Candidate]:
         """Assess plans until the budget is used up."""
         found = []

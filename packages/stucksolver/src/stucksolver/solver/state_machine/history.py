@@ -11,6 +11,7 @@ from stucksolver.plan import RecoveryPlan
 from stucksolver.plan.behaviors import Behavior
 from stucksolver.plan.behaviors.behavior import CREEP_MPS
 from stucksolver.scene import AttemptOutcome, FailedAttempt, Scene
+from stucksolver.scene.failed_attempts import MissingAmount
 from stucksolver.scene.frenet_scene import FrenetScene
 from stucksolver.solver.notices import StandstillReason, binding_reject, verdict_reason
 from stucksolver.solver.state_machine.blockers import Blocker
@@ -73,6 +74,15 @@ def _figures(behavior: Behavior) -> list[float]:
     return [value for _, value in sorted(behavior.model_dump().items()) if isinstance(value, float)]
 
 
+def missing_amounts(verdict: Verdict) -> tuple[MissingAmount, ...]:
+    """Return what a plan lacks, for the reject reasons of a verdict that have an amount."""
+    return tuple(
+        MissingAmount(code=reject.code, amount=max(-reject.margin, 0.0), unit=reject.unit)
+        for reject in verdict.rejects
+        if reject.margin is not None and reject.unit is not None
+    )
+
+
 @dataclass(frozen=True)
 class AttemptHistory:
     """The failed plans of one intervention. `remembered` is the number of attempts reported to the reasoner."""
@@ -109,6 +119,7 @@ class AttemptHistory:
             too_near=verdict.too_near,
             plan=tuple(b.model_dump_json() for b in plan.behaviors),
             blocker=None if (reject := binding_reject(verdict)) is None else reject.object_id,
+            missing=missing_amounts(verdict),
             outcome=text or TEXTS.get(ended) or str(verdict),
         )
         # A repetition says nothing new, and must not push out the attempts that have the reasons.

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from stucksolver.guard import NOBODY, RULES, Approvals, Guard, ProvenPlan, RejectCode, RejectReason, Verdict
+from stucksolver.guard.path_checks import least_stationary_gap
 from stucksolver.plan import RecoveryPlan
 from stucksolver.plan.assessment import MOST_FREE_M, PlanAssessment, Shortfall
 from stucksolver.plan.behaviors import REGISTRY, drives_legs
@@ -144,12 +145,16 @@ class PlanPreview:
             so_far = so_far if static.accepted else self._with(before.so_far, static, now)
         if proven is None:
             return _Reached(view, so_far)
+        if verdict.sight is not None:
+            spare_m = verdict.sight.seen_m - verdict.sight.needed_m
+            so_far = so_far.model_copy(update={"sight_margin_m": _least(so_far.sight_margin_m, spare_m)})
         return self._moved_on(before, so_far, proven, last)
 
     def _moved_on(self, before: _Reached, so_far: PlanAssessment, proven: ProvenPlan, last: bool) -> _Reached:
         """Return what is reached at the end of a proven path. After the last step no further view is needed."""
         view, path, sign = before.view, proven.path, -1.0 if proven.reverse else 1.0
         turned = facing(view, proven)
+        gap_m, gap_margin_m = least_stationary_gap(proven.context(turned, path, self._guard.policy))
         way_m, end_s, end_d = float(path.end_s - path.s[0]), sign * path.end_s, sign * path.end_d
         duration_s = so_far.duration_s + proven.expected_s
         reached = so_far.model_copy(
@@ -162,6 +167,8 @@ class PlanPreview:
                 "free_m": _free_m(view, end_s, end_d),
                 "passed": _passed(self._view, end_s, duration_s),
                 "leaves_zone": self._view.zone_at(self._view.ego_s) is not None and self._view.zone_at(end_s) is None,
+                "gap_m": _least(so_far.gap_m, gap_m),
+                "gap_margin_m": _least(so_far.gap_margin_m, gap_margin_m),
                 "oncoming_m": so_far.oncoming_m + _oncoming_m(path, turned),
             }
         )
@@ -180,6 +187,11 @@ class PlanPreview:
     @staticmethod
     def _shortfalls(verdict: Verdict, moving_ids: frozenset[str]) -> tuple[Shortfall, ...]:
         return tuple(_shortfall(reject, moving_ids) for reject in verdict.rejects)
+
+
+def _least(first: float | None, second: float | None) -> float | None:
+    """Return the smaller number; None counts as unknown, not as small."""
+    return second if first is None else first if second is None else min(first, second)
 
 
 def _not_over_red(item: Shortfall) -> Shortfall:
