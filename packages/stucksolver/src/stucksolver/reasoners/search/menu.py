@@ -22,7 +22,7 @@ from stucksolver.scene.mirror import with_sides_swapped
 from stucksolver.scene.own_path import nearest_ahead
 
 LETTERS = "ABCDEF"
-"""Letters of the plans. There are no more plans than letters. The number is the issue's."""
+"""Letters of the plans. There are no more plans than letters: each costs some 30 tokens. Ours."""
 NEARLY_M = 30.0
 """A plan that is further from being accepted is not listed (m, as `shortfall_m` weighs it). Ours: a meter of room, or
 150 m of sight.
