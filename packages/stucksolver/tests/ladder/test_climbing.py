@@ -45,7 +45,8 @@ def test_a_red_light_is_no_immobilization():
     world = World(TWO_WAY, controls=(red_light(8.0),), **STANDING_STILL)
     seen = drive(world, 100.0)
     assert set(map(type, seen.directives)) == {type(CONTINUE)}
-    assert set(seen.kinds()) == {EventKind.TRIGGERED, EventKind.DECIDED}
+    # People are told of one that stays red for long, and nothing else happens.
+    assert set(seen.kinds()) == {EventKind.TRIGGERED, EventKind.DECIDED, EventKind.WAITING}
     assert all(e.waiting and e.intervention is None for e in seen.events if e.decision)
 
 
