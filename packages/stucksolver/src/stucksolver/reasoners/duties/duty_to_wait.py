@@ -22,7 +22,7 @@ HESITATES_S = 20.0
 """A person who stands beside the ego's path is given this long to cross (s). Ours: people hesitate for a quarter of a
 minute before a stopped vehicle.
 """
-HESITATES_M, ASIDE_M = 15.0, 0.75
+HESITATES_M, ASIDE_M = 15.0, 1.5
 """Distance ahead of the ego and beside its path within which that holds (m). Ours."""
 
 
