@@ -15,12 +15,13 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from lab.benchmarks.solver_overhead import parked_car
 from stucksolver.ladder import Ladder, parse_ladder, profile_text
 from stucksolver.plan.behaviors import REGISTRY, describe
+from stucksolver.query_budget import QueryBudget
 from stucksolver.reasoners import Reasoner, SearchReasoner
 from stucksolver.scene import Scene, Status, Surroundings
 from stucksolver.scene.frenet_scene import FrenetScene
 from stucksolver.scene.scene_builder import build_scene
 from stucksolver.solver import StuckSolver
-from stucksolver_language.llm import Budget, LanguageModelReasoner, ModelSettings, UsageLimits
+from stucksolver_language.llm import LanguageModelReasoner, ModelSettings, UsageLimits
 from stucksolver_language.llm.openai_api import OpenAiChat
 
 TICK_S = 0.005
@@ -42,7 +43,7 @@ def run(smoke: bool) -> dict[str, float]:
     with _SlowServer(seconds * 4) as server:
         model = OpenAiChat("slow", server)
         asked = LanguageModelReasoner(
-            model, settings=ModelSettings(deadline_s=90.0), usage_limits=UsageLimits(None, Budget())
+            model, settings=ModelSettings(deadline_s=90.0), usage_limits=UsageLimits(None, QueryBudget())
         )
         open_, open_late = _drive(asked, seconds, speed_mps=0.0)
         model.cancel()

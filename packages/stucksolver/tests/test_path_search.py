@@ -199,8 +199,9 @@ def test_search_path_fast_start_keeps_the_lateral_acceleration():
 
 
 @pytest.mark.parametrize("gap_m", [1.0, 2.0, 2.5, 3.0])
-def test_search_path_without_room_says_who_is_short_and_how_far_to_back_up(gap_m):
-    """The proposed distance is enough, and half of the rest is not always wasted."""
+def test_search_path_without_room_says_what_is_missing(gap_m):
+    """It says who is short and how far to back up. The proposed distance is enough, and half of the
+    rest is not always wasted."""
 
     def tried(room_m: float) -> FrenetPath | NoPathError:
         lead = thing("lead", 50.0 + FRONT_M + room_m + 2.3)

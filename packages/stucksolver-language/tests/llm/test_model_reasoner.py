@@ -17,10 +17,10 @@ from stucksolver.ladder import PROFILES
 from stucksolver.ladder import profile as ladder_profile
 from stucksolver.ladder.rungs import ModelRung, ReasonerRung
 from stucksolver.plan.behaviors import BorrowOncomingLane, ChangeLane
+from stucksolver.query_budget import QueryBudget
 from stucksolver.reasoners import ReasonerError, ReasonerRequest
 from stucksolver.scene import CameraImage, Guidance, LineKind
 from stucksolver_language.llm import (
-    Budget,
     LanguageModelReasoner,
     ModelSettings,
     PermanentReasonerError,
@@ -317,7 +317,7 @@ def test_a_trace_tells_prompt_answers_and_tokens(server):
 
 
 def test_a_spent_budget_is_a_failure_without_a_request(server):
-    asking = reasoner(server, usage_limits=UsageLimits(None, episode=Budget(queries=2)))
+    asking = reasoner(server, usage_limits=UsageLimits(None, episode=QueryBudget(queries=2)))
     for _ in range(2):
         asking.decide(ReasonerRequest(scene()))
     with pytest.raises(PermanentReasonerError, match="budget of 2 queries"):
@@ -326,7 +326,9 @@ def test_a_spent_budget_is_a_failure_without_a_request(server):
 
 
 def test_progress_begins_a_new_episode_but_not_a_new_trip(server):
-    asking = reasoner(server, usage_limits=UsageLimits(None, episode=Budget(queries=1), trip=Budget(queries=2)))
+    asking = reasoner(
+        server, usage_limits=UsageLimits(None, episode=QueryBudget(queries=1), trip=QueryBudget(queries=2))
+    )
 
     def at(left):
         made = scene()
@@ -349,7 +351,7 @@ def test_money_is_counted_by_the_price(server):
 
 def test_a_budget_in_money_needs_a_price():
     with pytest.raises(ValueError, match="price"):
-        UsageLimits(None, trip=Budget(usd=1.0))
+        UsageLimits(None, trip=QueryBudget(usd=1.0))
 
 
 def test_the_prompt_offers_only_what_can_be_done_here(server):

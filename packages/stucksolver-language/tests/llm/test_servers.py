@@ -10,12 +10,12 @@ import mind
 import pytest
 from chat_server import Fault, available_in, picture_of
 
+from stucksolver.query_budget import QueryBudget
 from stucksolver.reasoners import ReasonerError, ReasonerRequest
 from stucksolver.reasoners.factory import make_reasoner, preflight, sees
 from stucksolver.reasoners.registry import ReasonerNameError
 from stucksolver.scene import CameraImage, Guidance, LineKind
 from stucksolver_language.llm import (
-    Budget,
     LanguageModelReasoner,
     ModelSettings,
     PermanentReasonerError,
@@ -351,7 +351,9 @@ def test_the_deadline_that_is_told_is_kept(server):
 
 def test_a_question_whose_answer_came_too_late_is_paid_for(server):
     server.faults.extend([Fault(wait_s=3.0)] * 3)
-    reasoner = asking(server, deadline_s=0.2, usage_limits=UsageLimits(Price(1.0, 1.0, 1.0), episode=Budget(queries=2)))
+    reasoner = asking(
+        server, deadline_s=0.2, usage_limits=UsageLimits(Price(1.0, 1.0, 1.0), episode=QueryBudget(queries=2))
+    )
     for _ in range(2):
         with pytest.raises(ReasonerError, match="deadline"):
             reasoner.decide(ReasonerRequest(scene()))

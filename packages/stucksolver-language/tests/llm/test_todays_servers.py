@@ -100,8 +100,8 @@ def test_three_empty_answers_in_a_hundred_keep_the_format(server):
     assert reasoner.model.takes.dialect is Dialect.JSON_SCHEMA and reasoner.model.takes.notes == []
 
 
-def test_format_that_gets_two_empty_answers_in_a_row_is_left_for_a_while(server):
-    """The record says so, and says when the format is tried again."""
+def test_format_after_two_empty_answers_is_left_for_a_while(server):
+    """Two empty answers in a row are enough. The record says so, and says when the format is tried again."""
     server.faults.extend([Fault(body=bytes_of(chat("")))] * 2)
     reasoner = reasoner_at(server)
     traces = []

@@ -42,9 +42,14 @@ The suite's own destinations are in the street itself, and no other road leads t
 """
 LESSONS = 3
 """Number of positions at which the passenger helps. The others are held out."""
-LESSON_SEED, BAD_SEED, HELD_OUT_SEEDS = 1, 2, (11, 12)
-"""Seeds of the lessons, of the bad advice, and of the held-out runs."""
-HELPS, HARMS = "Please take another street.", "Back up a bit."
+LESSON_SEED = 1
+"""Seed of the runs in which the passenger helps."""
+BAD_SEED = 2
+"""Seed of the run in which the passenger gives bad advice."""
+HELD_OUT_SEEDS = (11, 12)
+"""Seeds of the runs in which nobody speaks."""
+HELPS = "Please take another street."
+HARMS = "Back up a bit."
 ARRIVED_PCT = 100.0
 """Route completion from which the car has arrived (%)."""
 HEAD = "| held-out drives, nobody speaks | arrived | questions to the passenger | calls for help | driving score |"

@@ -12,11 +12,10 @@ from stucksolver_language.llm.chat import (
     Usage,
 )
 from stucksolver_language.llm.llm_reasoner import LanguageModelReasoner, ModelSettings
-from stucksolver_language.llm.usage_budget import Budget, BudgetExceededError, Price, UsageLimits
+from stucksolver_language.llm.usage_budget import BudgetExceededError, Price, UsageLimits
 
 __all__ = [
     "AnswerError",
-    "Budget",
     "BudgetExceededError",
     "ChatModel",
     "ChatReply",

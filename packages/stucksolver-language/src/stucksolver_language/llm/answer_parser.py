@@ -104,7 +104,7 @@ def _short(data: dict[str, Any], scene: Scene, menu: Menu) -> tuple[Decision, st
         observation, analysis = short_answer.observation_of(answer, scene), short_answer.analysis_of(answer, scene)
     except CodeError as error:
         raise AnswerError("; ".join([*wrong, str(error)][:MOST_ERRORS])) from error
-    behaviors = menu[letter].behaviors if letter in menu and letter is not None else answer.behaviors
+    behaviors = _chosen(letter, menu, answer.behaviors)
     if behaviors is not None and not analysis.immobilized and scene.guidance is None:
         wrong.append(f"a plan is chosen although S2 is {answer.S2}: choice must be none, or S2 a code of S2.5")
     _raise_if(
@@ -132,7 +132,7 @@ def _long(data: str, scene: Scene, menu: Menu, chain: bool) -> tuple[Decision, s
         *_wrong_ids(answer, scene),
         *_contradictions(answer, scene),
     ]
-    behaviors = menu[letter].behaviors if letter in menu and letter is not None else decided.behaviors
+    behaviors = _chosen(letter, menu, decided.behaviors)
     if chain and not wrong:
         wrong = wrong_chain(
             {name: step.answer for name, step in answer.analysis.steps.items()},
@@ -188,6 +188,12 @@ def _wrong_letter(letter: str | None, menu: Mapping[str, RecoveryPlan], has_own:
         known = f"the plans that are listed are {', '.join(menu)}" if menu else "no plan is listed"
         return [f"choice: there is no plan {letter!r}; {known}"]
     return [f"choice is {letter}, so behaviors must be null"] if has_own else []
+
+
+def _chosen(letter: str | None, menu: Menu, own: tuple[Behavior, ...] | None) -> tuple[Behavior, ...] | None:
+    """Return the behaviors of the plan with this letter, or the model's own if the menu has no such letter."""
+    plan = None if letter is None else menu.get(letter)
+    return own if plan is None else plan.behaviors
 
 
 def _moves(behaviors: tuple[Behavior, ...] | None) -> bool:

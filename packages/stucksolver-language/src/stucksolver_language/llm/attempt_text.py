@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 
-from stucksolver.plan.plan_text import amount_text, values_text
+from stucksolver.plan.plan_text import amount_text, shortened, values_text
 from stucksolver.scene import FailedAttempt, Scene
 
 MOST_FAILED = 3
@@ -25,7 +25,7 @@ def failed_lines(scene: Scene) -> list[str]:
 
 def _line(attempt: FailedAttempt, now_s: float) -> str:
     amounts = ",".join(f" {item.code.value}{amount_text(item.amount, item.unit)}" for item in attempt.missing)
-    reason = attempt.outcome if len(attempt.outcome) <= MOST_OUTCOME else attempt.outcome[: MOST_OUTCOME - 1] + "…"
+    reason = shortened(attempt.outcome, MOST_OUTCOME)
     ago_s = max(now_s - attempt.time_s, 0.0)
     ended = f"{attempt.ended.value} {ago_s:.0f} s ago"
     return f"{_plan(attempt)}: {ended}{',' if amounts else ''}{amounts}; {reason}"

@@ -21,7 +21,6 @@ from stucksolver.plan import (
 from stucksolver.plan.behaviors.registry import AnyBehavior
 from stucksolver.scene import ControlKind, LaneRelation, LightState, ObjectKind, Scene, SceneObject, TrafficControl
 from stucksolver.scene.base_model import FrozenModel
-from stucksolver_language.llm.short_answer import work_zone_of
 from stucksolver_language.llm.tool_schema import (
     MOST_BEHAVIORS,
     MOST_CONTROLS,
@@ -29,6 +28,7 @@ from stucksolver_language.llm.tool_schema import (
     MOST_SIGNS,
     steps_of,
 )
+from stucksolver_language.llm.work_zones import work_zone_of
 
 
 class _Step(FrozenModel):

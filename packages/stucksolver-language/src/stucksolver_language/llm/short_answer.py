@@ -27,9 +27,14 @@ from stucksolver.scene import ControlKind, LightState, ObjectKind, Scene, SignWo
 from stucksolver.scene.base_model import FrozenModel
 from stucksolver_language.llm.answer_form import AT_DESTINATION, CAN, CANNOT, CONCLUSIONS, HELD, IMMOBILIZED
 from stucksolver_language.llm.tool_schema import MOST_BEHAVIORS, MOST_CODES, steps_of
-from stucksolver_language.llm.work_zones import nearest_work_zone
+from stucksolver_language.llm.work_zones import work_zone_of
 
-LIGHT, SIGN, STOP_SIGN, WORK_ZONE = "light:", "sign:", "stop_sign", "work_zone"
+LIGHT = "light:"
+"""Prefix of a traffic light, before its state."""
+SIGN = "sign:"
+"""Prefix of a sign, before its words."""
+STOP_SIGN = "stop_sign"
+WORK_ZONE = "work_zone"
 SEEN = re.compile(r"seen:(?P<kind>[a-z_]+)@(?P<bearing>-?\d{1,3})~(?P<distance>\d{1,3})$")
 """Object that only the image shows: kind, bearing (deg, left positive) and rough distance (m)."""
 SIGN_WORDS = {word.value.replace("_", "-"): word for word in SignWord}
@@ -74,12 +79,6 @@ def observation_of(answer: ShortAnswer, scene: Scene) -> Observation:
         work_zone=work_zone_of(scene) if told else None,
         picture_only=tuple(item for item in found if isinstance(item, PictureObject)),
     )
-
-
-def work_zone_of(scene: Scene) -> ReportedWorkZone:
-    """Return a reported work zone with its measured extent."""
-    zone = nearest_work_zone(scene)
-    return ReportedWorkZone() if zone is None else ReportedWorkZone(start_m=zone.start_m, end_m=zone.end_m)
 
 
 def analysis_of(answer: ShortAnswer, scene: Scene) -> Analysis:

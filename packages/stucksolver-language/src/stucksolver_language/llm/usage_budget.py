@@ -13,7 +13,6 @@ from stucksolver_language.llm.chat import Message, PermanentReasonerError, Tool,
 from stucksolver_language.llm.model_families import listed_price
 from stucksolver_language.llm.model_options import ModelOptions
 
-Budget = QueryBudget
 INTERVENTION, TRIP_NAME = "intervention", "trip"
 
 
@@ -57,9 +56,9 @@ class BudgetUse:
         self.usd = None if self.usd is None or price is None else self.usd + price.cost_of(usage)
 
 
-EPISODE = Budget(queries=8, tokens=40_000)
+EPISODE = QueryBudget(queries=8, tokens=40_000)
 """Budget of one intervention. Ours: about 8 queries of 5,000 tokens."""
-TRIP = Budget(queries=100, tokens=500_000)
+TRIP = QueryBudget(queries=100, tokens=500_000)
 """Budget of one trip. Ours: about 12 interventions."""
 FREE_QUERIES = 4
 """Queries of an intervention without a pause between them. Ours: two plans, each with one repair."""
@@ -90,8 +89,8 @@ class UsageLimits:
     def __init__(
         self,
         price: Price | None,
-        episode: Budget = EPISODE,
-        trip: Budget = TRIP,
+        episode: QueryBudget = EPISODE,
+        trip: QueryBudget = TRIP,
         fixed: frozenset[str] = frozenset(),
     ) -> None:
         if price is None and (episode.usd is not None or trip.usd is not None):
@@ -144,7 +143,7 @@ class UsageLimits:
         for spent in self.spent.values():
             spent.queries -= 1
 
-    def _on_rung(self, rung: QueryBudget | None) -> Budget:
+    def _on_rung(self, rung: QueryBudget | None) -> QueryBudget:
         stated = {} if rung is None else rung.model_dump(exclude_none=True)
         return self.episode.model_copy(update={k: v for k, v in stated.items() if k not in self._fixed})
 
@@ -173,7 +172,7 @@ def usage_limits_of(model: str, base_url: str | None, options: ModelOptions) -> 
     )
 
 
-def _budget(ours: Budget, scope: str, limits: Mapping[str, float]) -> Budget:
+def _budget(ours: QueryBudget, scope: str, limits: Mapping[str, float]) -> QueryBudget:
     bounds: dict[str, float | None] = {}
     for name, bound in limits.items():
         of, _, what = name.partition(".")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from stucksolver.plan import ReportedWorkZone
 from stucksolver.scene import ObjectKind, Scene, SceneObject
 
 KINDS = frozenset({ObjectKind.CONE, ObjectKind.BARRIER})
@@ -53,3 +54,9 @@ def nearest_work_zone(scene: Scene) -> WorkZone | None:
             chain = []
         chain.append(obj)
     return WorkZone(tuple(chain)) if len(chain) >= LEAST_OBJECTS else None
+
+
+def work_zone_of(scene: Scene) -> ReportedWorkZone:
+    """Return a reported work zone with its measured extent."""
+    zone = nearest_work_zone(scene)
+    return ReportedWorkZone() if zone is None else ReportedWorkZone(start_m=zone.start_m, end_m=zone.end_m)

@@ -28,6 +28,11 @@ class RejectReason(FrozenModel):
     unit: Literal["m", "s", "m/s"] | None = None
     """Unit of `margin`."""
 
+    @property
+    def missing(self) -> float | None:
+        """Amount by which the requirement is missed, in `unit`, at least 0; None if it has no amount."""
+        return None if self.margin is None else max(-self.margin, 0.0)
+
 
 class SightDistanceProof(FrozenModel):
     """Proof of a pass: required and available sight distance in the oncoming lane (m), and the unchecked time (s)."""

@@ -47,8 +47,12 @@ def assessment_text(assessment: PlanAssessment) -> str:
 
 def shortfall_text(item: Shortfall) -> str:
     """Return a requirement with the amount that is missing first: `gap 0.4 m short (car lead: gap 0.1 m, …)`."""
-    detail = item.detail if len(item.detail) <= MOST_DETAIL else item.detail[: MOST_DETAIL - 1] + "…"
-    return f"{item.code.value}{amount_text(item.missing, item.unit)} ({detail})"
+    return f"{item.code.value}{amount_text(item.missing, item.unit)} ({shortened(item.detail, MOST_DETAIL)})"
+
+
+def shortened(text: str, most: int) -> str:
+    """Return a text of at most `most` characters; a longer one ends with an ellipsis."""
+    return text if len(text) <= most else text[: most - 1] + "…"
 
 
 def amount_text(missing: float | None, unit: str | None) -> str:

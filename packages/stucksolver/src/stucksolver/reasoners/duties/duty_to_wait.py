@@ -16,14 +16,14 @@ AT_LINE_M = 5.5
 """An ego that waits at a light is stopped at most this far before its line (m). Ours."""
 LOOKED_S = 3.0
 """An ego has waited at a light after this time (s). Ours."""
-
-
 HESITATES_S = 20.0
 """A person who stands beside the ego's path is given this long to cross (s). Ours: people hesitate for a quarter of a
 minute before a stopped vehicle.
 """
-HESITATES_M, ASIDE_M = 15.0, 1.5
-"""Distance ahead of the ego and beside its path within which that holds (m). Ours."""
+HESITATES_M = 15.0
+"""Distance ahead of the ego within which that holds (m). Ours."""
+ASIDE_M = 1.5
+"""Distance beside its path within which that holds (m). Ours."""
 
 
 def duty_to_wait(scene: Scene, analysis: Analysis, limits: WaitLimits) -> Proposal | None:

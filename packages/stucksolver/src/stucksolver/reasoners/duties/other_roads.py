@@ -21,10 +21,10 @@ LEAST_BACK_M, MOST_BACK_M = 1.0, 8.0
 """The shortest and the longest distance to back up (m)."""
 REAR_MARGIN_M = 2.5
 """Distance kept behind (m). The guard checks for traffic."""
-ABREAST_M, BEHIND_M = 1.0, 3.0
-"""How far behind the ego's center another road may begin for the ego to turn into it, without and with backing up first
-(m). Ours.
-"""
+ABREAST_M = 1.0
+"""How far behind the ego's center another road may begin for the ego to turn into it (m). Ours."""
+BEHIND_M = 3.0
+"""The same if the ego backs up first (m). Ours."""
 
 
 def to_other_road(scene: Scene, why: str) -> Proposal | None:
@@ -32,7 +32,7 @@ def to_other_road(scene: Scene, why: str) -> Proposal | None:
 
     Where it begins a little behind, the ego backs up first.
     """
-    start = min(detour_starts(scene), key=lambda w: w.route_length_m or math.inf, default=None)
+    start = _shortest(detour_starts(scene))
     if start is None or not scene.offers("replan"):
         return None
     replan = ReplanRoute(route_start=start.id)
@@ -53,7 +53,7 @@ def detour_starts(scene: Scene) -> list[CandidateWaypoint]:
 
 def turning_round(scene: Scene, lead: SceneObject | None, why: str) -> Proposal | None:
     """Return a turn, after backing up if the lead is too near, and a new route from the lane in the other direction."""
-    start = min(_behind(scene), key=lambda w: w.route_length_m or math.inf, default=None)
+    start = _shortest(_behind(scene))
     failed = has_been_tried(scene, "turn_round") and failed_for(scene, PlanFailure.NO_ROOM_TO_TURN)
     if start is None or failed or not scene.offers("turn_round") or scene.ego.speed_mps > STANDS_MPS:
         return None
@@ -67,6 +67,11 @@ def turning_round(scene: Scene, lead: SceneObject | None, why: str) -> Proposal 
         moves = (BackUp(distance_m=float(way_m), speed_mps=BACK_MPS), *moves)
     plan = RecoveryPlan(behaviors=moves, replan_route=True, route_start=start.id)
     return Proposal(plan, f"{why}: turn around and take another road")
+
+
+def _shortest(starts: list[CandidateWaypoint]) -> CandidateWaypoint | None:
+    """Return the one from which the route to the destination is shortest, or None."""
+    return min(starts, key=lambda w: w.route_length_m or math.inf, default=None)
 
 
 def _behind(scene: Scene) -> list[CandidateWaypoint]:

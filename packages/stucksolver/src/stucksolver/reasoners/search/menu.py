@@ -9,17 +9,16 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
-from stucksolver.plan import GuidanceIntent, RecoveryPlan, plan_matches_intent
+from stucksolver.plan import RecoveryPlan
 from stucksolver.plan.assessment import PlanAssessment, PlanAssessor
 from stucksolver.plan.behaviors import Behavior
 from stucksolver.plan.mirror import mirrored_plan
 from stucksolver.plan.plan_text import assessment_text, plan_text
-from stucksolver.reasoners.search.plan_search import Candidate, PlanSearch
+from stucksolver.reasoners.search.plan_search import Candidate, search_for
 from stucksolver.reasoners.search.plan_value import shortfall_m
 from stucksolver.reasoners.search.way_out import way_out
 from stucksolver.scene import Scene
 from stucksolver.scene.mirror import with_sides_swapped
-from stucksolver.scene.own_path import nearest_ahead
 
 LETTERS = "ABCDEF"
 """Letters of the plans. There are no more plans than letters: each costs some 30 tokens. Ours."""
@@ -27,8 +26,6 @@ NEARLY_M = 30.0
 """A plan that is further from being accepted is not listed (m, as `shortfall_m` weighs it). Ours: a meter of room, or
 150 m of sight.
 """
-OVERTAKEN_M = 45.0
-"""A passenger may ask to overtake a vehicle up to this distance ahead (m), as in `search_reasoner`."""
 
 
 @dataclass(frozen=True)
@@ -91,14 +88,7 @@ def _ways_out(scene: Scene, assess: PlanAssessor) -> list[Candidate]:
 
 
 def _searched(scene: Scene, assess: PlanAssessor) -> tuple[Candidate, ...]:
-    reading = None if scene.guidance is None else scene.guidance.reading
-    overtakes = reading is not None and reading.intent is GuidanceIntent.OVERTAKE
-    overtaken = nearest_ahead(scene, OVERTAKEN_M) if overtakes else None
-
-    def fits(plan: RecoveryPlan) -> bool:
-        return reading is None or plan_matches_intent(reading, plan)
-
-    search = PlanSearch(scene, assess, fits, None if overtaken is None else overtaken.id)
+    search = search_for(scene, assess)
     search.run()
     return search.ranked()
 

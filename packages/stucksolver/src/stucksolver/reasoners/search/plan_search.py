@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 
-from stucksolver.plan import RecoveryPlan
+from stucksolver.plan import GuidanceIntent, RecoveryPlan, plan_matches_intent
 from stucksolver.plan.assessment import PlanAssessment, PlanAssessor
 from stucksolver.plan.behaviors import Behavior, parse_behavior
 from stucksolver.reasoners.duties.analysis import NEAR_M
@@ -23,7 +23,7 @@ from stucksolver.reasoners.search.plan_value import (
     value_m,
 )
 from stucksolver.reasoners.search.preparations import Steps, half_way, moves_for_shorter_gap, preparations
-from stucksolver.scene import AttemptOutcome, RejectCode, Scene
+from stucksolver.scene import AttemptOutcome, RejectCode, Scene, SceneObject
 from stucksolver.scene.own_path import IN_LANE_M, nearest_ahead
 
 MOST_CHECKS = 240
@@ -44,6 +44,8 @@ STREAM_TRIES, STREAM_S = 2, 60.0
 """Traffic is a stream once it has left a plan no gap this often within this time (s). Only then is a move made that
 needs a shorter gap, because a gap may come. Ours.
 """
+OVERTAKEN_M = 45.0
+"""A passenger may ask to overtake a vehicle up to this distance ahead (m). Ours."""
 LAST_RANK = 100
 """Rank of behaviors that solve nothing by themselves."""
 LONGEST = 6
@@ -218,6 +220,28 @@ class PlanSearch:
         refused = [c for c in self._known.values() if not c.assessment.accepted and self._could_help(c)]
         nearly = min(refused, key=_explains, default=None)
         return SearchResult(max(possible, key=lambda c: c.value, default=None), nearly)
+
+
+def search_for(scene: Scene, assess: PlanAssessor) -> PlanSearch:
+    """Return the search for a scene: for every plan, or for those that the passenger asks for.
+
+    Who asks to overtake wants to pass what is ahead: see `overtaken_by_request`.
+    """
+    reading = None if scene.guidance is None else scene.guidance.reading
+    overtaken = overtaken_by_request(scene)
+
+    def fits(plan: RecoveryPlan) -> bool:
+        return reading is None or plan_matches_intent(reading, plan)
+
+    return PlanSearch(scene, assess, fits, None if overtaken is None else overtaken.id)
+
+
+def overtaken_by_request(scene: Scene) -> SceneObject | None:
+    """Return the object that a passenger asks to overtake; None without such a request, or with nothing ahead."""
+    reading = None if scene.guidance is None else scene.guidance.reading
+    if reading is None or reading.intent is not GuidanceIntent.OVERTAKE:
+        return None
+    return nearest_ahead(scene, OVERTAKEN_M)
 
 
 def _explains(candidate: Candidate) -> tuple[bool, int, int, float]:

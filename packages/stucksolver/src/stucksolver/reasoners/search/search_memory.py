@@ -13,8 +13,10 @@ REMEMBERED_S = 10.0
 """Time after which the search is repeated in any case (s). Ours: a tick of the wait for what has just stopped."""
 STANDS_MPS = 0.2
 """An object is stationary if it is slower (m/s). Traffic does not matter: a plan that waits for it is a result."""
-PLACE_M, SIGHT_M = 0.2, 4.0
-"""Differences of places and of sight distances that do not matter (m). Ours."""
+PLACE_M = 0.2
+"""Differences of places that do not matter (m). Ours."""
+SIGHT_M = 4.0
+"""Differences of sight distances that do not matter (m). Ours."""
 NEAR_M = 60.0
 """Objects farther away do not matter (m). Ours: beyond the reach of a plan."""
 STOOD_S = (1.0, 3.0, 10.0, 30.0, 60.0)

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 from stucksolver.plan import (
     Analysis,
     CauseCode,
     Decision,
     GuidanceIntent,
-    RecoveryPlan,
     WaitLimits,
     WaitReason,
-    plan_matches_intent,
 )
 from stucksolver.plan.assessment import PlanAssessor
 from stucksolver.reasoners.duties import decide_wait
@@ -26,15 +22,13 @@ from stucksolver.reasoners.duties.requests import REQUESTS_FOR_EGO, plan_for_req
 from stucksolver.reasoners.duties.standoffs import assert_to_crossing, assert_to_merging, back_off
 from stucksolver.reasoners.reasoner import ReasonerAnswer, ReasonerRequest, ReasonerTrace
 from stucksolver.reasoners.search.binding_constraint import binding_constraint, in_words
-from stucksolver.reasoners.search.plan_search import Candidate, PlanSearch, SearchResult
+from stucksolver.reasoners.search.plan_search import Candidate, SearchResult, overtaken_by_request, search_for
 from stucksolver.reasoners.search.reroute import new_route, reroute
 from stucksolver.reasoners.search.search_memory import SearchMemory
 from stucksolver.reasoners.search.way_out import may_leave, must_leave, way_out
 from stucksolver.scene import MOTOR_VEHICLES, REQUESTS, RejectCode, Scene, SceneObject
 from stucksolver.scene.own_path import nearest_ahead
 
-LEAD_RANGE_M = 45.0
-"""A passenger may ask to overtake a vehicle up to this distance ahead (m). Ours."""
 UNKNOWN_SURROUNDINGS = "the surroundings are unknown: no plan can be checked"
 
 
@@ -92,12 +86,10 @@ class SearchReasoner:
             return shown, analysis
         if assess is None:
             return Proposal(None, UNKNOWN_SURROUNDINGS, WaitReason.NO_SAFE_WAY), analysis
-        overtaken = nearest_ahead(scene, LEAD_RANGE_M) if asked is GuidanceIntent.OVERTAKE else None
-        if asked is GuidanceIntent.OVERTAKE and overtaken is None:
+        if asked is GuidanceIntent.OVERTAKE and overtaken_by_request(scene) is None:
             return Proposal(None, "there is nothing ahead to overtake"), analysis
-        passes = None if overtaken is None else overtaken.id
-        search = PlanSearch(scene, assess, _filter(scene, asked), passes)
-        result = self._memory.recall(scene, search.run, (asked, passes))
+        search = search_for(scene, assess)
+        result = self._memory.recall(scene, search.run, search.passes)
         analysis = _explained(analysis, scene, result)
         if result.best is not None and not self._holds(scene, result.best):
             return Proposal(result.best.plan, _says(result.best)), analysis
@@ -132,14 +124,6 @@ def _is_to_act(analysis: Analysis) -> bool:
     if analysis.wait is not None:
         return False
     return analysis.immobilized if analysis.guidance_intent is None else analysis.guidance_intent in REQUESTS
-
-
-def _filter(scene: Scene, asked: GuidanceIntent | None) -> Callable[[RecoveryPlan], bool]:
-    """Return which plans may be proposed: all, or those that the passenger asks for."""
-    reading = None if scene.guidance is None else scene.guidance.reading
-    if asked is None or reading is None:
-        return lambda plan: True
-    return lambda plan: plan_matches_intent(reading, plan)
 
 
 def _says(best: Candidate) -> str:

@@ -10,7 +10,7 @@ from stucksolver.scene import Scene, ZoneKind
 
 WAYS_M = (3.0, 6.0, 9.0, 12.0, 16.0, 20.0, 25.0, 30.0, 40.0)
 """Distances to try, forward and in reverse (m). Ours; a plan backs up by 40 m at most."""
-FAST_MPS, SLOW_MPS = 5.5, 2.2
+SPEEDS_MPS = (5.5, 2.2)
 """Speeds to try (m/s): that of a recovery, and the fastest in reverse."""
 LEAVE_S = 10.0
 """Time stopped before the ego leaves a zone other than rails (s). Ours: another road is taken before."""
@@ -47,7 +47,7 @@ def _moves(scene: Scene, name: str) -> list[Behavior]:
     """Return a behavior that drives along the lane on the grid of distances; none for others."""
     if not _is_straight(name):
         return []
-    return on_grid(scene, REGISTRY[name], distance_m=WAYS_M, speed_mps=(FAST_MPS, SLOW_MPS))
+    return on_grid(scene, REGISTRY[name], distance_m=WAYS_M, speed_mps=SPEEDS_MPS)
 
 
 def _is_straight(name: str) -> bool:

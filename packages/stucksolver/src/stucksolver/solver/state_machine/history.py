@@ -77,9 +77,9 @@ def _figures(behavior: Behavior) -> list[float]:
 def missing_amounts(verdict: Verdict) -> tuple[MissingAmount, ...]:
     """Return what a plan lacks, for the reject reasons of a verdict that have an amount."""
     return tuple(
-        MissingAmount(code=reject.code, amount=max(-reject.margin, 0.0), unit=reject.unit)
+        MissingAmount(code=reject.code, amount=reject.missing, unit=reject.unit)
         for reject in verdict.rejects
-        if reject.margin is not None and reject.unit is not None
+        if reject.missing is not None and reject.unit is not None
     )
 
 

@@ -206,7 +206,7 @@ def _shortfall(reject: RejectReason, moving_ids: frozenset[str]) -> Shortfall:
         detail=reject.detail,
         object_id=reject.object_id,
         failure=reject.failure,
-        missing=None if reject.margin is None else max(-reject.margin, 0.0),
+        missing=reject.missing,
         unit=reject.unit,
         passing=traffic or (reject.code in NEAR and reject.object_id in moving_ids),
         approval=reject.code in ASKABLE,
