@@ -35,7 +35,7 @@ def _model() -> Iterator[Finding]:
         )
         return
     remedy = f"set {KEY_VARIABLE}, or name your own server: --reasoner openai:MODEL@http://HOST:PORT/v1"
-    yield Finding("language model", "absent", "no key and no server; the rule-based reasoner needs neither", remedy)
+    yield Finding("language model", "absent", "no key and no server; the search needs neither", remedy)
 
 
 CHECKS: tuple[Check, ...] = (
